@@ -31,27 +31,27 @@ class FittingSettings:
 
     Parameters
     ----------
-    room : float
-        Excess below zero that is enough, in widths.
+    wanted_room : float
+        Room inside all walls at which the search ends, in widths.
     effort : float
         Of the least slacks of one try.
-    same : float
-        Share of the least excess from another start above which that led to the same.
-    far : float
-        Slack from which one that is not the least yet, its work being spent, counts as no curve.
-    patience, falls : int, float
-        Iterations for each leg in which the excess must fall to that share.
-    near : float
-        Excess beyond the room that is wanted, from which it may fall slowly, in widths.
+    same_minimum : float
+        Two starts whose least excesses differ by less than this share count as one minimum.
+    hopeless_slack : float
+        Slack above which durations count as having no curve where the work ended before its least value was found.
+    patience, least_fall : int, float
+        The excess must fall to this share within this many iterations for each leg, or the search ends.
+    slow_fall_excess : float
+        Excess beyond the wanted room below which it may fall more slowly, in widths.
     """
 
-    room: float = 0.01
+    wanted_room: float = 0.01
     effort: float = 0.4
-    same: float = 0.99
-    far: float = 0.3
+    same_minimum: float = 0.99
+    hopeless_slack: float = 0.3
     patience: int = 5
-    falls: float = 0.7
-    near: float = 0.05
+    least_fall: float = 0.7
+    slow_fall_excess: float = 0.05
 
 
 FITTING = FittingSettings()
@@ -87,7 +87,7 @@ def fitting_durations(
         excess, at = search.best
         if excess < 0.0:
             return search.durations(at)
-        if excess == np.inf or excess > FITTING.same * least:  # no curve at any scale, or where the last one led
+        if excess == np.inf or excess > FITTING.same_minimum * least:  # no curve at all, or the last minimum
             return None
         least = excess
     return None
@@ -122,11 +122,11 @@ class _LeastExcess:
         return excess
 
     def _least(self, durations: FloatArray) -> float | None:
-        known = native_slacks(self.task, durations, self.give, -2.0 * FITTING.room, effort=FITTING.effort)
+        known = native_slacks(self.task, durations, self.give, -2.0 * FITTING.wanted_room, effort=FITTING.effort)
         self.deadline.spend(WORK.free_curve)
         if known is not None and known.status is Status.DONE:
             return float(known.slacks.max())
-        if known is not None and known.status is Status.SPENT and known.slacks.max() > FITTING.far:
+        if known is not None and known.status is Status.SPENT and known.slacks.max() > FITTING.hopeless_slack:
             return None  # it is far from gone, and its work is spent
         free = found_in(self.free, durations, Effort.WHOLE)
         return None if free is None else _largest_excess(self.task.walls, free.trajectory)
@@ -149,10 +149,10 @@ class _LeastExcess:
 
     def check(self, _: FloatArray) -> None:
         """End the search where a curve has some room, its excess barely falls, or the time is over."""
-        self.excesses.append(self.best[0] + FITTING.room)
+        self.excesses.append(self.best[0] + FITTING.wanted_room)
         window, now = FITTING.patience * self.task.legs, self.excesses[-1]
         before = self.excesses[-1 - window] if len(self.excesses) > window else np.inf
-        if now < 0.0 or now > max(FITTING.falls * before, FITTING.near) or self.deadline.passed:
+        if now < 0.0 or now > max(FITTING.least_fall * before, FITTING.slow_fall_excess) or self.deadline.passed:
             raise StopIteration
 
 

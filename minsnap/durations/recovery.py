@@ -33,17 +33,18 @@ class RecoverySettings:
         Of the piece, at which conditions hold.
     margins : tuple of float
         By how many widths conditions are moved inwards, so that they hold between instants, by order of the derivative.
-    doubtful : float
-        Excess, below zero, above which a start, or the moment ahead of it, counts as not keeping a condition.
+    doubtful_margin : float
+        A condition whose margin is below this at the start, or the moment ahead of it, counts as violated there.
     leniences : tuple of (float, float)
         Excess, below zero, above which a limit counts as not kept, and by how many widths it may be exceeded further;
         they are tried in this order.
     rest_room : (float, float)
         Share of the room of a motion at rest that is left at the end, of positions and velocities, and of the others.
-    ahead : float
+    moment_ahead : float
         Moment ahead for which the end has room, in the time that full acceleration takes to the largest speed.
-    shortest, longest, bisected : float
-        Durations tried, in the same time, and how near the least one is found.
+    shortest_tried, longest_tried, least_ratio : float
+        Durations tried, in the same unit, and the ratio of one that does to one that does not at which their bisection
+        ends.
     on_limit : float
         How near to a limit a start or an end counts as on it.
     pieces : int
@@ -52,13 +53,13 @@ class RecoverySettings:
 
     instants: int = 16
     margins: tuple[float, ...] = (1e-4, 1e-3, 4e-3, 2e-2)
-    doubtful: float = 0.02
+    doubtful_margin: float = 0.02
     leniences: tuple[tuple[float, float], ...] = ((0.02, 0.05), (np.inf, 0.3), (np.inf, 3.0))
     rest_room: tuple[float, float] = (0.02, 0.5)
-    ahead: float = 0.1
-    shortest: float = 0.02
-    longest: float = 20.0
-    bisected: float = 1.1
+    moment_ahead: float = 0.1
+    shortest_tried: float = 0.02
+    longest_tried: float = 20.0
+    least_ratio: float = 1.1
     on_limit: float = 1e-5
     pieces: int = 3
 
@@ -103,15 +104,16 @@ def connect_start(
     scales = typical(state, limits)
     piece = SinglePiece(state, scales[1], deadline)
     moment = scales[0] / scales[1]
-    bounds = [limits, *_smoothing(limits, scales[1] / (RECOVERY.ahead * moment), RECOVERY.ahead * moment, len(state))]
+    soon = RECOVERY.moment_ahead * moment
+    bounds = [limits, *_smoothing(limits, scales[1] / soon, soon, len(state))]
     own = walls_from(walls, leg, leg + 1)
     own += [wall for bound in bounds for wall in walls_from(bound.walls(np.zeros((2, len(state[0])))), 0, 1)]
     known = [wall.from_origin(state[0]) for wall in own]
     for lenience in RECOVERY.leniences:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
         attempt = partial(piece.within, conditions_of(demands))
-        least, most = RECOVERY.shortest * moment, RECOVERY.longest * moment
-        duration, answer = shortest(attempt, least, most, RECOVERY.bisected)
+        least, most = RECOVERY.shortest_tried * moment, RECOVERY.longest_tried * moment
+        duration, answer = shortest(attempt, least, most, RECOVERY.least_ratio)
         if answer is not None:
             return Trajectory(answer[None] + state[0], np.array([duration]))
     return None
@@ -162,7 +164,7 @@ def _demands(walls: Walls, state: FloatArray, moment: float, lenience: tuple[flo
         return demands
     demands.append(Demand(walls, np.ones(1), _room(walls)))
     if order and order + 1 < len(state):
-        demands.append(Demand(walls, np.ones(1), _room(walls), ahead=RECOVERY.ahead * moment))
+        demands.append(Demand(walls, np.ones(1), _room(walls), ahead=RECOVERY.moment_ahead * moment))
     return demands
 
 
@@ -186,7 +188,7 @@ def piece_demands(
     if order >= len(state):
         return [Demand(walls, inside, margin)]
     now = walls.excess_at(state[order])
-    unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -RECOVERY.doubtful)
+    unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -RECOVERY.doubtful_margin)
     demands = [Demand(walls.chosen(~unsure), inside, margin)] if not unsure.all() else []
     if unsure.any():
         part, allowed = walls.chosen(unsure), np.maximum(now[unsure], 0.0) + lenience[1]
@@ -199,7 +201,7 @@ def _soon(walls: Walls, state: FloatArray, moment: float) -> FloatArray:
     """Excess of a limit a moment ahead of the start, (r,); of a position at the start."""
     order = walls.order
     ahead = bool(order) and order + 1 < len(state)
-    return walls.excess_at(state[order] + RECOVERY.ahead * moment * state[order + 1] if ahead else state[order])
+    return walls.excess_at(state[order] + RECOVERY.moment_ahead * moment * state[order + 1] if ahead else state[order])
 
 
 def _room(walls: Walls) -> FloatArray:

@@ -37,26 +37,26 @@ class ShortTotalSettings:
     ----------
     cells : int
         Of a time; an even number, as the bounds from both ends often meet in the middle.
-    highest : int
+    highest_order : int
         Order of the highest derivative that limits bound.
-    roughly : float
+    rough_share : float
         Share to which times are found that are only compared.
-    tried : int
+    directions : int
         Directions for each kind of limit along which a part of the way is cut.
-    parted : int
-        Legs of the longest part times those of the way.
-    near : float
-        Share of a total from which on directions are turned until it is proved too short.
+    legs_times_way : int
+        Largest product of the legs of a part and those of the way.
+    turned_from : float
+        Share of the total that a bound must reach for its directions to be turned, to make it larger still.
     first_turn, least_turn : float
         By which a direction of length 1 is turned at first, and at least.
     """
 
     cells: int = 12
-    highest: int = 4
-    roughly: float = 1e-3
-    tried: int = 2
-    parted: int = 30
-    near: float = 0.9
+    highest_order: int = 4
+    rough_share: float = 1e-3
+    directions: int = 2
+    legs_times_way: int = 30
+    turned_from: float = 0.9
     first_turn: float = 0.2
     least_turn: float = 0.01
 
@@ -200,7 +200,7 @@ class MoveBounds:
         turns = self._turns(moves, number - 1, real), self._turns(moves, number, real)
         legs = range(task.legs) if any(turns) else [leg % task.legs for leg in range(move.start, move.end)]
         smooth = task.pieces == 1 and len(legs) == 1 and not any(turns)  # within one polynomial
-        orders = range(1, (SETTINGS.highest if smooth else min(SETTINGS.highest, task.continuity + 1)) + 1)
+        orders = range(1, (SETTINGS.highest_order if smooth else min(SETTINGS.highest_order, task.continuity + 1)) + 1)
         ways = g, [-x for x in g]
         rows = {order: {self._rows.get((leg, order), ()) for leg in legs} for order in orders}
         most = {order: tuple(max(_most(row, way) for row in rows[order]) for way in ways) for order in orders}
@@ -232,7 +232,7 @@ class MoveBounds:
         """Return the known derivatives along a direction at a waypoint, from order 1 on."""
         state = self.task.pins.get(waypoint % self.task.legs if self.task.closed else waypoint, {})
         known: list[Any] = []
-        while len(known) + 1 < SETTINGS.highest and len(known) + 1 in state:
+        while len(known) + 1 < SETTINGS.highest_order and len(known) + 1 in state:
             known.append(_product(g, state[len(known) + 1].tolist()))
         return known
 
@@ -319,7 +319,7 @@ def short_total(bounded: Task, total: float, any_time: bool = False) -> ShortTot
     bounds = MoveBounds(bounded, 2.0 * total if any_time else None)
     moves = _parted(bounds)
     return _proved(
-        bounds, total, _bent(bounds, moves, total) if SETTINGS.near * total < _time(moves) <= total else moves
+        bounds, total, _bent(bounds, moves, total) if SETTINGS.turned_from * total < _time(moves) <= total else moves
     )
 
 
@@ -344,7 +344,7 @@ def _parted(bounds: MoveBounds) -> Moves:
     """Cut the way into parts that go back and forth along a direction each, such that they take longest in all."""
     legs, best = bounds.task.legs, [(0.0, Moves())]
     for end in range(1, legs + 1):
-        starts = range(max(0, end - max(1, SETTINGS.parted // legs)), end)
+        starts = range(max(0, end - max(1, SETTINGS.legs_times_way // legs)), end)
         tried = ((start, moves) for start in starts for moves in _longest(bounds, start, end))
         whole = ((best[start][0] + _time(moves), (*best[start][1], *moves)) for start, moves in tried)
         best.append(max(whole, key=lambda one: one[0], default=best[-1]))
@@ -359,15 +359,15 @@ def _bent(bounds: MoveBounds, moves: Moves, total: float) -> Moves:
             parts[-1].append(move)
         else:
             parts.append([move])
-    step, best = SETTINGS.first_turn, [bounds.timed(tuple(part), SETTINGS.roughly) for part in parts]
+    step, best = SETTINGS.first_turn, [bounds.timed(tuple(part), SETTINGS.rough_share) for part in parts]
     while step > SETTINGS.least_turn and sum(map(_time, best)) <= total:
         before = sum(map(_time, best))
         for number, part in enumerate(best):
             for turn in step * np.concatenate((np.eye(bounds.task.dim), -np.eye(bounds.task.dim))):
                 way = _unit(part[0].direction + turn)
                 turned = tuple(replace(move, direction=(-1.0) ** i * way) for i, move in enumerate(part))
-                best[number] = max(best[number], bounds.timed(turned, SETTINGS.roughly), key=_time)
-        step *= 1.0 if sum(map(_time, best)) > before * (1.0 + SETTINGS.roughly) else 0.5
+                best[number] = max(best[number], bounds.timed(turned, SETTINGS.rough_share), key=_time)
+        step *= 1.0 if sum(map(_time, best)) > before * (1.0 + SETTINGS.rough_share) else 0.5
     return tuple(move for part in best for move in part)
 
 
@@ -381,10 +381,10 @@ def _longest(bounds: MoveBounds, start: int, end: int) -> Iterator[Moves]:
         mapped = steps @ part.T @ part
         sums = [_unit((sign[: j - i] * mapped[i:j]).sum(axis=0)) for i, j in windows for sign in signs]
         sums.sort(key=lambda way: -sum(sqrt(abs(far)) for _, _, far in _swings(task, start, end, way)))
-        ways += sums[: SETTINGS.tried]
+        ways += sums[: SETTINGS.directions]
     for way in ways:
         moves = (LeastMove(i, j, way if rise > 0.0 else -way) for i, j, rise in _swings(task, start, end, way))
-        yield bounds.timed(tuple(moves), SETTINGS.roughly)
+        yield bounds.timed(tuple(moves), SETTINGS.rough_share)
 
 
 def _swings(task: Task, start: int, end: int, way: FloatArray) -> list[tuple[int, int, float]]:

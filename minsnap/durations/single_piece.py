@@ -105,7 +105,7 @@ class SinglePiece:
         return self.solve(duration, self.start_ends(duration), range(self.half), conditions)
 
     def rest_ends(self, duration: float) -> FloatArray:
-        """Like ``start_ends``, but at rest at the end, half way as far as at the speed of the start."""
+        """Like ``start_ends``, but at rest at the end, after half the distance that the start's speed would cover."""
         ends = self.start_ends(duration)
         ends[self.half :] = 0.0
         ends[self.half] = 0.5 * duration * self.state[1]

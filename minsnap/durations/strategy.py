@@ -84,57 +84,60 @@ class StrategySettings:
 
     Parameters
     ----------
-    idle : float
-        Factor on time below which nothing limits it: only that curves should be smooth ended the search.
-    far, nearly : float
-        How far inside all limits a search ended that they did not end, in widths (else within 0.01); that factor then.
-    softer, slower : float
-        Factor on rates in a first search, and on the time of its curve, from which the search goes on.
-    looser : float
-        Factor on limits for a curve that shows which one is in the way.
-    slowings : tuple of float
+    unlimited_below : float
+        Factor on the time of a curve below which no limit is in its way: the search ended only since curves should be
+        smooth, and the time has no least.
+    large_slack, unlimited_below_slack : float
+        Room inside all limits, in widths, beyond which the search ended by none of them, and that factor there.
+    rate_factor, time_factor : float
+        Factor on the limits of rates in a first search, and on the time of its curve, from which the search goes on.
+    limit_factor : float
+        Factor on all limits for a curve that shows which one is in the way.
+    time_factors : tuple of float
         Factors on the time of a curve that a search has left outside where it was ended, of which the first is flown
         that keeps the limits.
-    divided : tuple of float
+    divided_time_factors : tuple of float
         Factor on the time of a plan whose legs are divided; where it has several pieces a leg, the second one.
-    tries : int
+    searches : int
         How often is searched until a curve can be certified.
-    inwards : float
+    inward_factor : float
         Factor on the share by which walls are moved inwards, where a curve is outside.
-    near : float
+    use_without_end : float
         Use of limits up to which a curve counts whose search found no end.
-    seen, enough : float
-        Excess of a limit beyond which the search has not seen it, and by how many of them it is tightened.
-    longer : tuple of float
+    seen_excess : float
+        Relative excess of a limit up to which the search has seen it; beyond, it is not repeated.
+    tightening : float
+        Multiple of the excess by which limits are tightened where the search is repeated.
+    longer_factors : tuple of float
         Factors on the durations of a curve that a search left without an end, in which the least cost is searched.
-    not_longer : float
+    slower_share : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
-    turned : float
-        Factor on the time of a search, beyond which what it does not know, as the torque of a yaw, makes a plan slow.
-    swung : float
+    slow_by_turns : float
+        Factor on the time of a search beyond which a plan is slow by what it does not know, the torque of a yaw.
+    slow_enough_to_pace : float
         The same, beyond which it is tried too that each leg lasts as long as its own turn takes.
-    halved : int
+    bisections : int
         How often the interval of the rotors' room for that yaw is halved.
     """
 
-    idle: float = 0.8
-    far: float = 0.05
-    nearly: float = 0.98
-    softer: float = 2.0
-    slower: float = 1.3
-    looser: float = 4.0
-    slowings: tuple[float, ...] = (1.05, 1.1, 1.2, 1.4)
-    divided: tuple[float, float] = (1.4, 1.05)
-    tries: int = 3
-    inwards: float = 10.0
-    near: float = 1.1
-    seen: float = 0.05
-    enough: float = 2.0
-    longer: tuple[float, ...] = (1.01, 1.03, 1.1)
-    not_longer: float = 1e-3
-    turned: float = 1.02
-    swung: float = 1.15
-    halved: int = 3
+    unlimited_below: float = 0.8
+    large_slack: float = 0.05
+    unlimited_below_slack: float = 0.98
+    rate_factor: float = 2.0
+    time_factor: float = 1.3
+    limit_factor: float = 4.0
+    time_factors: tuple[float, ...] = (1.05, 1.1, 1.2, 1.4)
+    divided_time_factors: tuple[float, float] = (1.4, 1.05)
+    searches: int = 3
+    inward_factor: float = 10.0
+    use_without_end: float = 1.1
+    seen_excess: float = 0.05
+    tightening: float = 2.0
+    longer_factors: tuple[float, ...] = (1.01, 1.03, 1.1)
+    slower_share: float = 1e-3
+    slow_by_turns: float = 1.02
+    slow_enough_to_pace: float = 1.15
+    bisections: int = 3
 
 
 SETTINGS = StrategySettings()
@@ -236,6 +239,7 @@ class Strategy:
         solved = found.solved
         slow = solved is None or solved.flown.duration > self.times.sum()
         ended = self.interrupted or not self.timing.shortest
+        # Where the search had its time and ended by itself, rest at every waypoint is no better than what it found.
         if slow and ended and self.task.still and not found.hopeless:
             solved = shorter(solved, self.resting)
         if solved is not None:
@@ -269,9 +273,10 @@ class Strategy:
         found = NOTHING
         first = self._first_guess() if guess is None and (price or not self.eases) else None
         if first is not None:
-            found = self._certified(begun_from(question, first), self.limits, self._far)
-            enough = found.solved is not None and (price or not self._follows)
-            if self.interrupted or enough or found.hopeless:
+            found = self._certified(begun_from(question, first), self.limits, self._slower_share)
+            # Where the yaw follows the velocity, a search from rest may find a shorter flight than this one has led to.
+            settled = found.solved is not None and (price or not self._follows)
+            if self.interrupted or settled or found.hopeless:
                 return found
         question = begun_from(question, guess)
         search = self._with_rate if self._turns else self._at_once
@@ -279,17 +284,19 @@ class Strategy:
 
     def _at_once(self, question: ShortestQuestion) -> Attempt:
         """Search within all limits."""
-        return self._certified(question, self.limits, self._far)
+        return self._certified(question, self.limits, self._slower_share)
 
     def _with_rate(self, question: ShortestQuestion) -> Attempt:
         """Search without the limit on the rate of a yaw that turns, then with it from that curve on."""
         free = replace(self.limits, yaw_rate=None)
-        straight = self._certified(with_rates(question, free, self._heading), free, self._far)
+        straight = self._certified(with_rates(question, free, self._heading), free, self._slower_share)
         solved, curve = straight.solved, straight.curve
         if solved is None and curve is not None and curve.kept and not (self.interrupted or self._follows):
-            swung = solved_at(self.task, curve)  # whose rotors may have too little room for a yaw that is too fast
-            if swung.inside and largest_yaw_rate(swung.flown)[0] > float(self.limits.yaw_rate or 0.0):
-                return self._turning(swung, curve, question.price)
+            # The rotors may have had too little room only since the yaw turned too fast: then a slower yaw helps, and
+            # the curve is one to begin from although it could not be certified.
+            uncertified = solved_at(self.task, curve)
+            if uncertified.inside and largest_yaw_rate(uncertified.flown)[0] > float(self.limits.yaw_rate or 0.0):
+                return self._turning(uncertified, curve, question.price)
         if solved is None or keeps(self.limits, solved.flown):
             return straight
         if self.interrupted:
@@ -298,16 +305,19 @@ class Strategy:
 
     def _divided(self, question: ShortestQuestion) -> Attempt:
         """Search with fewer pieces, then from that curve with more, and take the shorter flight of the two."""
+        # A search of many pieces takes long within rotors, and is lost where time or work end it. A curve of few is one
+        # of many too, cut anywhere, so that the search of many begins at a curve that flies.
         fewer = self._alike(QUESTION.divisions[0] if self.eases else 1)
         found = fewer.solve(None)
         if self.interrupted or found.hopeless:
             return found
         solved = found.solved
-        guess = None if solved is None else guess_of(solved.trajectory, fewer.task, SETTINGS.divided[self.eases])
+        slower = SETTINGS.divided_time_factors[self.eases]
+        guess = None if solved is None else guess_of(solved.trajectory, fewer.task, slower)
         if guess is not None:  # several pieces are divided, then cut anew
             parts = (*question.parts[1:], 1) if self.eases else question.parts
             question = replace(question, guess=guess, parts=parts)
-        return found.then(self._certified(question, self.limits, self._far))
+        return found.then(self._certified(question, self.limits, self._slower_share))
 
     @property
     def _fewer_first(self) -> bool:
@@ -326,9 +336,9 @@ class Strategy:
         return self._yawed and self.task.still
 
     @property
-    def _far(self) -> float:
+    def _slower_share(self) -> float:
         """Share by which a plan may be slower than the curve of its search."""
-        return SETTINGS.not_longer if self._known or self.limits.yaw_rate is not None else np.inf
+        return SETTINGS.slower_share if self._known or self.limits.yaw_rate is not None else np.inf
 
     def solve_timed(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
@@ -338,7 +348,7 @@ class Strategy:
             return None
         question = begun_from(self._question, replace(guess, durations=durations))
         held = replace(question, parts=(), price=balanced_price(curve, curve.duration), timed=True, moving=True)
-        return self._certified(held, self.limits, SETTINGS.not_longer).solved
+        return self._certified(held, self.limits, SETTINGS.slower_share).solved
 
     @cached_property
     def _heading(self) -> Heading | None:
@@ -388,14 +398,14 @@ class Strategy:
         names += ["yaw_rate"] if soft else []
         if not names and not self._follows:
             return None
-        softer: dict[str, Any] = {name: SETTINGS.softer * getattr(limits, name) for name in names}
+        softer: dict[str, Any] = {name: SETTINGS.rate_factor * getattr(limits, name) for name in names}
         softer |= {"yaw_rate": None} if self._follows else {}
         curve = self._searched(with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True))
         if not isinstance(curve, ShortestCurve) or not curve.kept or curve.stopped:
             return None
-        return Guess(1, curve.durations, curve.knots, 1.0 if self._follows else SETTINGS.slower)
+        return Guess(1, curve.durations, curve.knots, 1.0 if self._follows else SETTINGS.time_factor)
 
-    def _certified(self, question: ShortestQuestion, limits: Limits, far: float) -> Attempt:
+    def _certified(self, question: ShortestQuestion, limits: Limits, slower_share: float) -> Attempt:
         """Return a certified plan; none where the search has no curve, or none that can be certified nearby.
 
         A search along the velocity that finds no end leaves a curve near its limits: that is flown more slowly.
@@ -405,14 +415,16 @@ class Strategy:
         question : ShortestQuestion
         limits : Limits
             Those that the question knows.
-        far : float
+        slower_share : float
             Share by which the plan may be slower than the curve of the search.
         """
         self.watched.log.forget()
         found, inside = NOTHING, False
-        near = self._follows and self.task.still and not question.price
+        # Each round repairs what the last one missed: a curve outside a wall moves the walls inwards, an excess between
+        # the instants of the search tightens the limits, and what kept all ends the loop.
+        takes_unended = self._follows and self.task.still and not question.price
         with self.watched.interruptible():
-            for _ in range(SETTINGS.tries):
+            for _ in range(SETTINGS.searches):
                 curve = self._searched(question)
                 if not isinstance(curve, ShortestCurve):
                     return replace(found, reason=curve)
@@ -420,34 +432,40 @@ class Strategy:
                 if not curve.durations.max() <= LONGEST_PIECE:
                     break
                 solved = solved_at(self.task, curve)
-                if not (curve.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
+                if not curve.kept and not (takes_unended and self._nearly_kept(solved, limits)):
                     break
                 if not solved.inside:
-                    question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
+                    inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
+                    question = replace(question, inwards=inwards)
                     continue
                 inside = True
                 fastest = min(found.fastest, float(curve.durations.sum())) if limits is self.limits else np.inf
                 found = Attempt(curve=curve, fastest=fastest if curve.kept else found.fastest)
                 if not curve.kept:
                     break
-                ended = or_reason(partial(self._within, solved, curve, question, limits, far))
+                ended = or_reason(partial(self._within, solved, curve, question, limits, slower_share))
                 if not isinstance(ended, tuple):
                     return replace(found, reason=ended)
                 kept, excess = ended
-                if kept is not None or curve.stopped or excess > SETTINGS.seen:
+                if kept is not None or curve.stopped or excess > SETTINGS.seen_excess:
                     return replace(found, solved=kept)
-                question = replace(question, tightened=question.tightened + SETTINGS.enough * excess)
+                question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
         return found
+
+    def _nearly_kept(self, solved: SolvedTask, limits: Limits) -> bool:
+        """Whether a curve whose search found no end is near enough to its limits to be flown more slowly."""
+        return largest_use(limits, solved.flown, proved=False) <= SETTINGS.use_without_end
 
     def _in_longer_durations(self, curve: ShortestCurve | None) -> SolvedTask | None:
         """Search the least cost in durations barely longer than those of a search that found no end."""
         if curve is None or self.interrupted:
             return None
-        plans = (self.solve_timed(solved_at(self.task, curve), longer * curve.durations) for longer in SETTINGS.longer)
+        first, longer = solved_at(self.task, curve), (factor * curve.durations for factor in SETTINGS.longer_factors)
+        plans = (self.solve_timed(first, durations) for durations in longer)
         return next((one for one in plans if one is not None or self.interrupted), None)
 
     def _within(
-        self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, far: float
+        self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, slower_share: float
     ) -> tuple[SolvedTask | None, float]:
         """Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
 
@@ -457,6 +475,8 @@ class Strategy:
         excess : float
             Of the most used limit, relative.
         """
+        # Slowing a path scales its p-th derivative by a power of the factor, so one factor brings the most used limit
+        # to 1. From a start in motion it would change the start: there the curve is kept as it is, or given up.
         curve, at = solved.flown, cache(solved.slowed)
         priced = question.timed or question.price > 0.0
         if question.moving:
@@ -467,24 +487,26 @@ class Strategy:
                 kept = next((one for one in chain(quick, [solved]) if keeps(limits, one.flown)), None)
                 return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
             excess = use - 1.0
-            if not self.task.still or (far == SETTINGS.not_longer and not answer.stopped):
+            if not self.task.still or (slower_share == SETTINGS.slower_share and not answer.stopped):
                 return None, excess
         factor = powers_factor(limits, curve) or nearby_factor(
             limits, lambda factor: at(factor).flown, deadline=self.deadline
         )
         if factor is None and question.moving:
-            if far == SETTINGS.not_longer:
-                return next((one for one in map(at, SETTINGS.slowings) if keeps(limits, one.flown)), None), excess
+            if slower_share == SETTINGS.slower_share:
+                return next((one for one in map(at, SETTINGS.time_factors) if keeps(limits, one.flown)), None), excess
             if answer.stopped and self._rests_sooner(limits, curve):
                 return None, excess
         factor = grained(factor or touching_factor(limits, curve, deadline=self.deadline))
-        least = SETTINGS.nearly if answer.slack > SETTINGS.far + question.tightened else SETTINGS.idle
+        inside = answer.slack > SETTINGS.large_slack + question.tightened
+        least = SETTINGS.unlimited_below_slack if inside else SETTINGS.unlimited_below
         if priced or self.walled:
             factor = max(factor, 1.0)
         elif factor < least and not (answer.stopped or limited(solved.task, limits)):
             raise nothing_limits(list(limits.given()))
-        slower = at(factor) if factor <= 1.0 + far or answer.stopped else None
-        unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve
+        slower = at(factor) if factor <= 1.0 + slower_share or answer.stopped else None
+        # A yaw that is a curve in time turns as fast on a slower path: the torque for it may still be too much.
+        unknown = slower_share == np.inf and isinstance(limits, VehicleLimits)
         return None if slower and unknown and not keeps(limits, slower.flown) else slower, factor - 1.0
 
     def _hastened(self, at: Callable[[float], SolvedTask], limits: Limits) -> Iterator[SolvedTask]:
@@ -526,23 +548,23 @@ class Strategy:
         if self._follows:
             guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
             assert guess is not None
-            guesses = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.slower)]
+            guesses = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.time_factor)]
         else:
             guess = self._paced(solved, limit)
             if guess is None or guess.least is None:
                 return Attempt(curve=curve, reason=yaw_too_fast(self.limits, solved.flown))
             guesses = [guess, replace(guess, durations=guess.least / guess.slower)]
-            enough = SETTINGS.turned * float(guess.least.sum())
+            enough = SETTINGS.slow_by_turns * float(guess.least.sum())  # its turns alone take so long
         if not self.task.still:
             price = 0.0  # what moves is lengthened to a total by other solves, and needs a plan that is short enough
         found = NOTHING
         for guess in guesses:
             question = replace(begun_from(self._question, guess), parts=(), price=price)
-            last = self._certified(question, self.limits, SETTINGS.not_longer)
+            last = self._certified(question, self.limits, SETTINGS.slower_share)
             found = found.then(last)
-            turned = found.solved is not None and found.solved.flown.duration <= enough
+            near_least = found.solved is not None and found.solved.flown.duration <= enough
             kept = last.curve is not None and last.curve.kept
-            if self.interrupted or found.hopeless or (turned and kept):
+            if self.interrupted or found.hopeless or (near_least and kept):
                 break
         return found if found.solved is not None else replace(found, curve=curve)
 
@@ -605,7 +627,7 @@ class Strategy:
         guess = None if planned is None else guess_of(planned.trajectory, planned.task)
         again = NOTHING
         if guess is not None:
-            again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer)
+            again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.slower_share)
         solved = shorter(planned, again.solved)
         return replace(again, solved=self._hurried(solved), reason=None, stands_in=True)
 
@@ -635,7 +657,7 @@ class Strategy:
         A path that is flown more slowly instead, until the yaw leaves the rotors enough, is slow everywhere.
         """
         limits, timing, pieces, best, curve = self.limits, self.timing, self.task.pieces, found.solved, found.curve
-        most = max(SETTINGS.turned * found.fastest, timing.total_time or 0.0)
+        most = max(SETTINGS.slow_by_turns * found.fastest, timing.total_time or 0.0)
         if not isinstance(limits, VehicleLimits) or self._known or self._follows or timing.time_weight is not None:
             return NOTHING
         if found.fastest == np.inf or (best is not None and best.flown.duration <= most):
@@ -655,22 +677,25 @@ class Strategy:
             return slower(left) if guess is None else replace(begun_from(slower(left), guess), parts=())
 
         best = self._halved(best, slower)
-        slow = best is None or best.flown.duration > SETTINGS.swung * found.fastest
+        slow = best is None or best.flown.duration > SETTINGS.slow_enough_to_pace * found.fastest
         if slow and not self.interrupted and turned(1.0) is not None:
             best = self._halved(best, paced_by_turns)
         return Attempt(best)
 
     def _halved(self, best: SolvedTask | None, question: Callable[[float], ShortestQuestion]) -> SolvedTask | None:
         """Search with a share of the rotors' room left, in the middle of those that do and of those that do not."""
+        # More room for the torque makes the search slower and its plan less slowed afterwards; between the two lies the
+        # shortest. A plan that had to be slowed asks for more room, one that had not for less.
         low, high = 0.0, 1.0
-        for _ in range(SETTINGS.halved):
+        for _ in range(SETTINGS.bisections):
             left = 0.5 * (low + high)
             again = self._certified(question(left), self.limits, np.inf)
             best, solved, curve = shorter(best, again.solved), again.solved, again.curve
             if self.interrupted:
                 break
             kept = curve is not None and curve.kept
-            slow = solved is None or curve is None or solved.flown.duration > SETTINGS.turned * curve.durations.sum()
+            most = 0.0 if curve is None else SETTINGS.slow_by_turns * float(curve.durations.sum())
+            slow = solved is None or solved.flown.duration > most
             low, high = (left, high) if kept and slow else (low, left)
         return best
 
@@ -692,7 +717,7 @@ class Strategy:
         if used is not None:
             inside = " inside the corridor" if self.task.walls else ""
             return SolverError(
-                f"no plan that keeps the limits{inside} was found: in one for {SETTINGS.looser:g} times as much "
+                f"no plan that keeps the limits{inside} was found: in one for {SETTINGS.limit_factor:g} times as much "
                 f"of each, {used.name} reaches {used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where "
                 f"{used.limit:.6g} is allowed; raise it or change the path"
             )
@@ -710,7 +735,7 @@ class Strategy:
     def _exceeded(self) -> Utilisation | None:
         """Return the limit that a curve within looser ones exceeds most; None without such a curve."""
         names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
-        looser = replace(self.limits, **{name: SETTINGS.looser * getattr(self.limits, name) for name in names})
+        looser = replace(self.limits, **{name: SETTINGS.limit_factor * getattr(self.limits, name) for name in names})
         curve = self._searched(question_of(self.task, looser, False, self._heading))
         if not isinstance(curve, ShortestCurve) or not curve.kept or self.interrupted:
             return None

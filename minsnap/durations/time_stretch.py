@@ -38,26 +38,26 @@ class StretchSettings:
 
     Parameters
     ----------
-    precision, rough : float
+    precision, rough_precision : float
         Of its logarithm where it is bracketed, and where it is only compared with others.
-    first_step, slowest : float
+    first_step, largest_factor : float
         The first step of the bracket, and the bound at which nothing limits.
-    met, nearly_met, secants, secant_step : float, float, int, float
+    met, nearly_met, secant_steps, secant_step : float, float, int, float
         How near to 1 a use is brought by the secant method, one that is proved and one at samples, in how many steps,
         each how far at most.
-    grain : float
-        Factors on time are rounded up to its fractions.
+    grains : float
+        In 1: factors on time are rounded up to a whole number of them.
     crossing_steps : int
         Steps in which a least thrust is looked for beyond the speed at which its vertical part is kept.
-    overused : float
+    largest_measured_use : float
         Use above which it does not matter by how much a limit is exceeded.
     wall_precision, doublings : float, int
         Of a factor with which walls on derivatives are kept, and how often one is doubled until they are.
-    far : float
+    surely_exceeded : float
         Use at samples beyond which it need not be proved that a curve exceeds its limits.
-    jump : float
+    jump_depth : float
         How far below 1 the logarithm of a use falls at a factor where it jumps, as where a yaw turns around.
-    paces, pace_instants, pace_excess : int, int, float
+    pacings, pace_instants, pace_excess : int, int, float
         How often legs on which the yaw turns too fast are slowed, at how many instants of a piece that is looked at,
         and the relative excess that is left.
     turn_shares : tuple of float
@@ -65,21 +65,21 @@ class StretchSettings:
     """
 
     precision: float = 1e-13
-    rough: float = 1e-5
+    rough_precision: float = 1e-5
     first_step: float = 0.02
-    slowest: float = 40.0
+    largest_factor: float = 40.0
     met: float = 2e-7
     nearly_met: float = 2e-5
-    secants: int = 6
+    secant_steps: int = 6
     secant_step: float = 0.05
-    grain: float = 2.0**32
+    grains: float = 2.0**32
     crossing_steps: int = 100
-    overused: float = 1e6
+    largest_measured_use: float = 1e6
     wall_precision: float = 1e-10
     doublings: int = 20
-    far: float = 1.05
-    jump: float = 0.01
-    paces: int = 40
+    surely_exceeded: float = 1.05
+    jump_depth: float = 0.01
+    pacings: int = 40
     pace_instants: int = 33
     pace_excess: float = 1e-3
     turn_shares: tuple[float, ...] = (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
@@ -110,7 +110,7 @@ def touching_factor(
     guess : float, optional
         A factor from which some steps of the secant method may do, to ``STRETCH.met``.
     roughly : bool
-        Whether ``STRETCH.rough`` does, and uses between samples need not be proved.
+        Whether ``STRETCH.rough_precision`` does, and uses between samples need not be proved.
     deadline : Deadline
         That counts the work.
 
@@ -128,7 +128,7 @@ def touching_factor(
     def over(logarithm: float, whole: bool = False, proved: bool = True) -> float:
         deadline.spend(price)
         used = _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), whole, proved)
-        return float(np.log(max(used, 1.0 / STRETCH.overused)))  # nearly linear in the logarithm of the factor
+        return float(np.log(max(used, 1.0 / STRETCH.largest_measured_use)))  # nearly linear in the factor's
 
     if not limits.given():
         raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
@@ -137,7 +137,7 @@ def touching_factor(
         nearby = nearby_factor(limits, trajectory.stretched(guess).stretched, not roughly, deadline=deadline)
         if nearby is not None:
             return guess * nearby
-    if powers is not None and powers <= np.exp(-STRETCH.slowest):
+    if powers is not None and powers <= np.exp(-STRETCH.largest_factor):
         raise nothing_limits(list(limits.given()))
     sampled, start = partial(over, proved=False), float(np.log(guess or 1.0))
     root = _by_bracket(sampled, limits, start, most, roughly) if powers is None else float(np.log(powers))
@@ -167,9 +167,9 @@ def _by_bracket(over: Callable[..., float], limits: Limits, start: float, most: 
         raise SolverError("no speed was found at which the path keeps its limits: loosen a limit")
     while low == high or over(low) <= 0.0:
         low, high, step = low - step, low, 2.0 * step
-        if low < -STRETCH.slowest:
+        if low < -STRETCH.largest_factor:
             raise nothing_limits(list(limits.given()))
-    root = _root(over, low, high, STRETCH.rough if roughly else STRETCH.precision)
+    root = _root(over, low, high, STRETCH.rough_precision if roughly else STRETCH.precision)
     if limits.min_thrust is not None:
         root = _first_crossing(lambda logarithm: over(logarithm, True), root)
     return root
@@ -183,10 +183,10 @@ def _root(over: Callable[[float], float], low: float, high: float, precision: fl
         nonlocal low
         excess = over(logarithm)
         low = max(low, logarithm) if excess > 0.0 else low
-        return 0.0 if excess < -STRETCH.jump and logarithm - low < STRETCH.rough else excess
+        return 0.0 if excess < -STRETCH.jump_depth and logarithm - low < STRETCH.rough_precision else excess
 
     root = float(brentq(ended_at_jumps, low, high, xtol=precision, rtol=1e-13))
-    return grained(root) if over(root) < -STRETCH.jump else root
+    return grained(root) if over(root) < -STRETCH.jump_depth else root
 
 
 def nearby_factor(
@@ -212,12 +212,12 @@ def nearby_factor(
         That counts the work.
     """
     place, best, last = 1.0, inf, (nan, nan)
-    for _ in range(STRETCH.secants):
+    for _ in range(STRETCH.secant_steps):
         curve = flown(place)
         price = measuring_work(limits, len(curve.durations), curve.yaw)
         deadline.spend(price)
         used = most_used(limits, curve, False)
-        if proved and used.fraction <= STRETCH.far:
+        if proved and used.fraction <= STRETCH.surely_exceeded:
             deadline.spend(price)
             used = most_used(limits, curve)
         excess = log(min(max(used.fraction, 1e-3), 1e3))
@@ -253,7 +253,7 @@ def _slope(used: Utilisation, curve: Trajectory, gravity: float) -> float:
 
 def grained(factor: float) -> float:
     """Round a factor up, so that the last bits of exact extrema do not decide a plan."""
-    return ceil(factor * STRETCH.grain) / STRETCH.grain
+    return ceil(factor * STRETCH.grains) / STRETCH.grains
 
 
 class UnlimitedError(LimitError):
@@ -278,7 +278,7 @@ def _first_crossing(over: Callable[[float], float], start: float) -> float:
 
 
 def _most_used_safely(limits: Limits, trajectory: Trajectory, whole: bool, proved: bool) -> float:
-    """Largest utilisation, at most STRETCH.overused; unless whole, of the vertical part in place of the least thrust.
+    """Largest utilisation, up to a use that need not be measured; unless whole, a least thrust by its vertical part.
 
     The least thrust itself is not monotone in the time scale: a path so fast that its thrust is never small keeps it
     again.  Its vertical part is, and where that is kept the whole is.
@@ -286,8 +286,8 @@ def _most_used_safely(limits: Limits, trajectory: Trajectory, whole: bool, prove
     fractions = [used.fraction for used in limits.utilisation(trajectory, proved) if whole or used.name != "min_thrust"]
     if limits.min_thrust is not None and not whole:
         least = trajectory.extent((0.0, 0.0, 1.0), 2)[0] / limits.gravity + 1.0
-        fractions.append(limits.min_thrust / least if least > 0.0 else STRETCH.overused)
-    return min(max(fractions), STRETCH.overused)
+        fractions.append(limits.min_thrust / least if least > 0.0 else STRETCH.largest_measured_use)
+    return min(max(fractions), STRETCH.largest_measured_use)
 
 
 def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1) -> FloatArray | None:
@@ -332,7 +332,7 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
     if excess(whole).max() > kept:
         return None
     slowed = curve.durations.copy()
-    for _ in range(STRETCH.paces):
+    for _ in range(STRETCH.pacings):
         used = excess(slowed)
         if used.max() <= kept or slowed.sum() > whole.sum():
             break

@@ -191,6 +191,8 @@ def solved_or_explained(
     refuse : callable, optional
         Returns what is proved besides, which is asked where a try gives up.
     """
+    # A solve that has no end and one that only takes long look alike. So effort grows: a glance, which most solvable
+    # questions pass; a proof that the time is too short, which is cheap; a try; a proof by the walls; all that is left.
     effort = Effort.WHOLE
     if refuse is not None:
         effort = Effort.TRY  # limits have a proof more often than a late curve

@@ -109,6 +109,7 @@ def plans_for(
         solved = found_in(bounded, durations, effort)
         if solved is None:
             return None
+        # From rest to rest any path can be flown at another pace, so a plan outside its limits is slowed, not lost.
         if limits is not None and bounded.still and not exact:
             fastest = or_reason(partial(flown_fastest, solved, limits, task.walls, search))
             if isinstance(fastest, Timed):

@@ -125,6 +125,9 @@ class ReferenceCore:
         if samples is not None:
             rows = self._rows(start, sampled(self.walls, np.arange(1, samples + 1) / (samples + 1)))
             return self._told(Answer(start) if rows is None else self._solved(Answer(start, rows), 0.0))
+        # Walls hold at every instant, which is infinitely many rows. So: solve with a few, find where the curve sticks
+        # out most, add a row there, and solve again. The limit of these curves touches the walls from outside; walls
+        # that are moved inwards by a little (``inward``) are reached from outside in a finite number of rounds.
         answer = nearest = Answer(start, self._rows(start, momentary(self.walls)))
         inward, least, idle, floor = 0.0, np.inf, 0, 0.0
         always = self.problem.size > 0 and (len(self.equations[1]) > 0 or bool(self.slope.any()))
@@ -137,16 +140,18 @@ class ReferenceCore:
             idle = 0 if excess < 0.75 * least else idle + 1
             nearest, least = (answer, excess) if excess <= least else (nearest, least)
             affordable = self._affordable(answer) if excess <= NEARLY_INSIDE else 0.0
+            # Inside, but the walls were moved further than the cost can afford: again, moved less.
             if not violated and inward > floor + 2.0 * affordable:
                 inward = floor + affordable
                 continue
             if not violated and self._inside(answer):
                 return self._told(answer)
             violated = violated or proved_outside(answer.curve)
+            # No row to add and not inside, or no progress: rounding is all that is left, so move the walls by more.
             if not violated or idle == STALLED:
                 floor, idle = max(EXACT, 100.0 * floor, 2.0 * least), 0
             inward, answer = floor + affordable, self._with_rows(answer, violated)
-        return self._blended(nearest)
+        return self._blended(nearest)  # a mix with a flight that stops at every knot, which is inside for certain
 
     def _with_rows(self, answer: Answer, places: list[Places]) -> Answer:
         """Return an answer to which rows at places are added for the next QP."""

@@ -38,29 +38,29 @@ class AmongSettings:
 
     Parameters
     ----------
-    slower : tuple of float
+    speed_shares : tuple of float
         Shares of the speed of the plan without them with which a way is looked for, one after the other.
-    near : float
+    distance_share : float
         Share of the distance at each instant that a part keeps from all that an obstacle passes in its seconds, else it
         is halved.
-    beside : float
+    beside_radii : float
         How far beside an obstacle the last curve is taken to pass where it would be nearer in a shorter time, in radii.
     halvings : int
         Of a part, at most.
-    looked : int
+    instants : int
         Instants of a part at which an obstacle is kept away from, larger by half of what it moves between them.
-    first, growth, last : float
+    first_share, share_growth, last_share : float
         Share by which the time is lowered first, the factor after a success, and below which it is not tried.
     """
 
-    slower: tuple[float, ...] = (1.0, 0.75, 0.5, 0.3)
-    near: float = 0.5
-    beside: float = 0.05
+    speed_shares: tuple[float, ...] = (1.0, 0.75, 0.5, 0.3)
+    distance_share: float = 0.5
+    beside_radii: float = 0.05
     halvings: int = 5
-    looked: int = 9
-    first: float = 0.08
-    growth: float = 1.4
-    last: float = 0.004
+    instants: int = 9
+    first_share: float = 0.08
+    share_growth: float = 1.4
+    last_share: float = 0.004
 
 
 AMONG = AmongSettings()
@@ -100,7 +100,7 @@ def among_moving(
     late : callable
         Whether the time is over for better plans.
     """
-    for share in AMONG.slower:
+    for share in AMONG.speed_shares:
         ways = _ways(around, first, passed, fixed, share)
         best = None if ways is None else _tried(around, ways, plan)
         if ways is not None and best is not None:
@@ -144,7 +144,7 @@ def _divided(around: Surroundings, place: Place, times: FloatArray) -> WayInTime
 
 def _is_near(around: Surroundings, place: Place, begin: float, end: float) -> bool:
     """Whether the line of a part is much nearer to what obstacles pass in its seconds than it is at each instant."""
-    instants = np.linspace(begin, end, AMONG.looked)
+    instants = np.linspace(begin, end, AMONG.instants)
     along, line = place(instants), place(np.array([begin, end]))
     for each in around.moving:
         gap = float(each.clearances(along, instants).min())
@@ -152,7 +152,7 @@ def _is_near(around: Surroundings, place: Place, begin: float, end: float) -> bo
             continue
         nowhere = np.zeros((0, along.shape[1]))
         between = tangent_planes(line, _swept(each, begin, end), nowhere, 0.0, around.reach).distance[0]
-        if between < AMONG.near * gap:
+        if between < AMONG.distance_share * gap:
             return True
     return False
 
@@ -187,7 +187,7 @@ def _on_curve(curve: Trajectory, factor: float, way: WayInTime, moving: Sequence
             shared = points[:, : each.dim]
             apart = shared - each.center(times)[:, : shared.shape[1]]
             far = np.linalg.norm(apart, axis=1)
-            short = (1.0 + AMONG.beside) * each.radius_at(times) - far
+            short = (1.0 + AMONG.beside_radii) * each.radius_at(times) - far
             shared += (np.maximum(short, 0.0) / np.maximum(far, 1e-9))[:, None] * apart
         points[times == factor * way.times[0]] = way.points[0]
         points[times == factor * way.times[-1]] = way.points[-1]
@@ -219,8 +219,8 @@ def _sets(around: Surroundings, way: WayInTime) -> list[HalfSpaceRows]:
 
 def _swept(obstacle: Moving, begin: float, end: float) -> FloatArray:
     """Return what holds an obstacle from one instant to another, (looked, 13)."""
-    instants = np.linspace(begin, end, AMONG.looked)
-    half = 0.5 * (obstacle.speed + obstacle.growth) * (end - begin) / (AMONG.looked - 1)
+    instants = np.linspace(begin, end, AMONG.instants)
+    half = 0.5 * (obstacle.speed + obstacle.growth) * (end - begin) / (AMONG.instants - 1)
     numbers = np.stack([each.numbers() for each in standing_at(obstacle, instants)])
     return _larger(numbers, half)
 
@@ -240,10 +240,10 @@ def _shortened(
     late: Callable[[], bool],
 ) -> Timed:
     """Lower the time as far as it goes."""
-    share, corners = AMONG.first, [way.times for way in ways]
-    while share > AMONG.last and not late():
+    share, corners = AMONG.first_share, [way.times for way in ways]
+    while share > AMONG.last_share and not late():
         factor = max(1.0 - share, least / best.trajectory.duration)
-        if factor > 1.0 - AMONG.last:
+        if factor > 1.0 - AMONG.last_share:
             break
         places = [_on_curve(best.trajectory, factor, way, around.moving) for way in ways]
         quicker = _alike(around, places, [factor * times for times in corners])
@@ -252,5 +252,5 @@ def _shortened(
             share *= 0.5
         else:
             corners = [factor * times for times in corners]
-            ways, best, share = quicker, found, min(AMONG.first, AMONG.growth * share)
+            ways, best, share = quicker, found, min(AMONG.first_share, AMONG.share_growth * share)
     return best

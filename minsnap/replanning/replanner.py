@@ -253,6 +253,8 @@ class Replanner:
         """Stop first, then the rest, then something better."""
         if call.aim.timed and self._limits is None:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
+        # What an answer must have comes first, so that the budget may end at any instant from there on: a way to stop,
+        # then what is left of the flown plan, judged anew, and only then a search for something better.
         splice, task = call.splice, call.course.task
         stops, (room, free) = self._stop_first(call)
         safe = room >= 0.0 and (not call.avoid or splice.rest is None or call.passes(splice.rest))

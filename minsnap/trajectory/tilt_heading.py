@@ -46,27 +46,27 @@ class TransportSettings:
     ----------
     nodes : int
         Nodes of the Legendre series on a cell.
-    tail : float
+    tail_angle : float
         Part of the angle on a cell [rad] that the last coefficients of its series may make up.
-    depth : int
+    most_halvings : int
         How often a cell is halved at most; only where thrust all but vanishes is that not enough.
-    turned : float
+    chart_cosine : float
         Cosine of the tilt up to which a cell may reach on the far side of the horizon of its chart.
     cells : int
         Cells to begin with on a path that has no pieces.
     samples : int
         Instants a cell at which the turns of the yaw are counted.
-    vertical : float
+    vertical_axis : float
         Squared length of the lateral axis seen from above below which its direction, the yaw, is held.
     """
 
     nodes: int = 16
-    tail: float = 1e-12
-    depth: int = 24
-    turned: float = 0.8
+    tail_angle: float = 1e-12
+    most_halvings: int = 24
+    chart_cosine: float = 0.8
     cells: int = 64
     samples: int = 16
-    vertical: float = 1e-12
+    vertical_axis: float = 1e-12
 
 
 CARRYING = TransportSettings()
@@ -126,9 +126,9 @@ def carried(path: Path, angle: float, medium: Medium) -> Transport:
     """
     grid = parted_instants(path, 1, CARRYING.cells)
     start, width, done = grid[:-1], np.diff(grid), []
-    for depth in range(CARRYING.depth + 1):
+    for depth in range(CARRYING.most_halvings + 1):
         below, series, rough = _series(path, medium, start, width)
-        rough &= depth < CARRYING.depth
+        rough &= depth < CARRYING.most_halvings
         done.append((start[~rough], width[~rough], below[~rough], series[~rough]))
         if not rough.any():
             break
@@ -158,7 +158,7 @@ def _series(
     area = np.where(below[:, None], -1.0, 1.0) * (thrust[0] * jerk[1] - thrust[1] * jerk[0])
     series = area / (size * np.maximum(size + up, FREE_FALL * size)) @ coefficients.T
     tail = np.abs(series[:, -3:]).max(axis=1) * width
-    return below, series, (tail > CARRYING.tail) | ((up / size).min(axis=1) < -CARRYING.turned)
+    return below, series, (tail > CARRYING.tail_angle) | ((up / size).min(axis=1) < -CARRYING.chart_cosine)
 
 
 def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> list[FloatArray]:
@@ -294,7 +294,7 @@ class TiltHeading(RuledHeading):
         (x, y, z), (roll, pitch), (roll_rate, _) = self._turning(t)
         first = roll * z
         square = y[0] ** 2 + y[1] ** 2
-        square = np.where(square > CARRYING.vertical, square, np.inf)
+        square = np.where(square > CARRYING.vertical_axis, square, np.inf)
         rate = (y[0] * first[1] - y[1] * first[0]) / square
         if order == 1:
             return np.asarray(rate)
