@@ -2,6 +2,7 @@
 
 import bench_limits
 import bench_timing
+import history
 import pytest
 
 import minsnap
@@ -26,3 +27,28 @@ def test_every_way_to_the_shortest_time_keeps_the_limits_of_the_rectangle():
         path = minsnap.plan(**course.arguments, **way)
         assert minsnap.certify(path, **course.checks).ok
         assert path.duration > course.best.seconds * (1.0 - 1e-4)
+
+
+def test_the_history_has_a_row_for_every_ratio_that_is_measured():
+    rows = history.read_history()
+    named = {ratio.__name__ for ratio in history.RATIOS}
+    assert [row["date"] for row in rows] == sorted(row["date"] for row in rows)
+    for made in {(row["date"], row["version"]) for row in rows}:
+        own = [row["name"] for row in rows if (row["date"], row["version"]) == made]
+        assert len(own) == len(set(own)) and set(own) <= named
+    assert all(float(row["ratio"]) > 0.0 for row in rows)
+
+
+def test_ratios_against_bounds_and_optima_are_not_below_them():
+    for ratio in (history.cost_over_optimum, history.shortest_over_bound):
+        assert 1.0 - 1e-6 < ratio(0.0) < 1.1
+
+
+def test_a_day_is_kept_once_for_each_version(tmp_path):
+    file, row = tmp_path / "history.csv", {"date": "2026-01-02", "version": "1.0.0", "name": "a", "ratio": "2"}
+    history.add([row], file)
+    history.add([row | {"ratio": "3"}], file)
+    history.add([row | {"version": "1.1.0"}], file)
+    assert [(kept["version"], kept["ratio"]) for kept in history.read_history(file)] == [("1.0.0", "3"), ("1.1.0", "2")]
+    history.draw(history.read_history(), tmp_path / "history.png")
+    assert (tmp_path / "history.png").stat().st_size > 0
