@@ -109,7 +109,7 @@ def plan_fleet(
     search : Search, optional
         ``Search(time_limit=5)`` ends the search after 5 s.
     time_limit : float, optional
-        The same; it goes (:doc:`upgrading`).
+        The same; it goes (:doc:`/upgrading`).
 
     Returns
     -------

@@ -68,7 +68,8 @@ def write_script(trajectory: Trajectory, path: FileName, *, clobber: bool = True
     body = files(__package__).joinpath("fly_polynomials.lua").read_text(encoding="utf-8")
     write_file(path, "\n".join([*_head(trajectory), body]), clobber=clobber)
     wanted = HEAP[0] + HEAP[1] * len(trajectory.durations)
-    return f"the script flies when its switch says so (docs/offboard.rst); it takes SCR_HEAP_SIZE of {wanted} or more"
+    where = "docs/ardupilot_script.rst"
+    return f"the script flies when its switch says so ({where}); it takes SCR_HEAP_SIZE of {wanted} or more"
 
 
 def _head(trajectory: Trajectory) -> list[str]:
