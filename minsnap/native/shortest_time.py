@@ -282,7 +282,9 @@ def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
     sets, guess = list(question.sets), question.guess
     if more:
         sets = [one.changed(**{name: wide(one.kept[name]) for name in ("matrix", "anchor", "slope")}) for one in sets]
-    limits = [MomentaryLimit(kind=one.kind, parameters=np.array(one.parameters)) for one in question.limits]
+    limits = [
+        MomentaryLimit(kind=one.kind, parameters=np.array(one.parameters, dtype=np.float64)) for one in question.limits
+    ]
     waypoints, half, dim = question.pinned.shape
     sizes = {"half": half, "dim": dim + more, "legs": waypoints - 1, "groups": len(sets), "limits": len(limits)}
     request = ShortestRequest(
@@ -292,7 +294,7 @@ def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
         parts=np.array(question.parts, dtype=np.int64),
         pinned=wide(question.pinned),
         free=wide(question.free).astype(np.int64),
-        norms=np.array(question.norms),
+        norms=np.array(question.norms, dtype=np.float64),
         turned=_turned(question.turned, more),
         cones=sets,
         momentary=limits,

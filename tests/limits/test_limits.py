@@ -151,3 +151,18 @@ def test_limits_of_a_mass_and_a_thrust():
     for given, says in (((0.8, 7.0), "all rotors"), ((0.0, 28.0), "mass"), ((0.8, 28.0, 9.0), "min_thrust")):
         with pytest.raises(LimitError, match=says):
             Limits.of_mass(given[0], given[1], min_thrust=given[2] if len(given) > 2 else None)
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"speed": 3, "acceleration": 6, "jerk": 30, "snap": 100},
+        {"max_thrust": 2, "body_rate": 6},
+        {"max_thrust": 2, "tilt": 1, "yaw_rate": 2},
+    ],
+)
+def test_whole_numbers_are_limits_like_others(limits):
+    points = np.array([(0, 0, 1), (4, 0, 1), (4, 3, 2)])
+    whole = minsnap.plan(points, limits=minsnap.Limits(**limits))
+    decimal = minsnap.plan(points, limits=minsnap.Limits(**{name: float(value) for name, value in limits.items()}))
+    assert np.array_equal(whole.control_points, decimal.control_points)
