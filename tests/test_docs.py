@@ -210,6 +210,16 @@ def test_every_command_has_an_example_that_it_takes(monkeypatch):
         command.make_context(name, pages.arguments(asked))
 
 
+def test_every_command_and_every_format_that_is_written_has_a_line_in_the_tables():
+    from minsnap.cli.app import COMMANDS
+    from minsnap.files.convert import file_formats
+
+    commands = (ROOT / "docs" / "cli.rst").read_text(encoding="utf-8")
+    assert [name for name in COMMANDS if not re.search(rf"^``[a-z|]*\b{name}\b", commands, re.M)] == []
+    formats = (ROOT / "docs" / "formats.rst").read_text(encoding="utf-8")
+    assert [name for name, kind in file_formats().items() if kind.write and f"``{name}``" not in formats] == []
+
+
 def test_files_and_constants_that_pages_and_docstrings_name_are_there():
     known = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split()
     texts = [ROOT / name for name in known if name.endswith((".py", ".rst", ".md", ".hpp", ".cpp"))]
