@@ -224,7 +224,8 @@ def _check(
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
     samples, frame = sampled(source, settings)
     stated = settings.feed_forward.stated(samples)
-    findings = check_vehicle(link, clock, autopilot, stated, vehicle_frame(frame), settings, stands)
+    told = lambda text: print(f"preflight: {who}{text}", file=sys.stderr)  # noqa: E731
+    findings = check_vehicle(link, clock, autopilot, stated, vehicle_frame(frame), settings, stands, told)
     wrong = [finding for finding in findings if finding.problem is not None]
     for finding in wrong:
         print(f"preflight: {who}{finding.name}: {finding.problem}", file=sys.stderr)

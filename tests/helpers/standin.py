@@ -178,7 +178,9 @@ class StandIn:
             flies = mavlink.MAV_LANDED_STATE_IN_AIR if self.climbing_to is None else mavlink.MAV_LANDED_STATE_TAKEOFF
             self.link.mav.extended_sys_state_send(0, mavlink.MAV_LANDED_STATE_ON_GROUND if self.grounded else flies)
         asks = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED in self.asked and self.mode == self.following
-        if asks and self.tells_targets and self.armed and self.setpoints:
+        if asks and self.climbing_to is not None:  # ArduCopter's own take-off has none, and it tells zeros
+            self.link.mav.position_target_local_ned_send(0, 1, 0, *(0.0,) * 11)
+        elif asks and self.tells_targets and self.armed and self.setpoints:
             m = self.setpoints[-1][1]
             moved = (m.x, m.y, m.z, m.vx, m.vy, m.vz, m.afx, m.afy, m.afz, m.yaw, m.yaw_rate)
             self.link.mav.position_target_local_ned_send(0, 1, 0, *moved)

@@ -27,6 +27,10 @@ class OtherSenders:
         while now - self._sent[0][0] > STREAM.foreign_within:
             self._sent.popleft()
 
+    def silent(self) -> None:
+        """Take note that nothing is sent here: while an autopilot takes off, its targets are its own."""
+        self._sent.clear()
+
     def heard(self, vehicle: VehicleState, follows: bool) -> str | None:
         """Return what others ask for, in words, or None; called whenever the vehicle has said something."""
         if vehicle.target is None or vehicle.targeted <= self._last:

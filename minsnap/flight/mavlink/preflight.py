@@ -442,6 +442,20 @@ class VehicleWatch:
         for message in self._link.pump(max(self._began + WATCHED.listen, self._clock.now() + WATCHED.answered)):
             self.take(message)
 
+    def wait_for_estimate(self, seconds: float, told: Callable[[str], None]) -> None:
+        """Listen on until the estimate is fit to fly by: one that has just booted has no position for a while."""
+        until, said = self._clock.now() + seconds, False
+        while not self._link.vehicle.armed and self._clock.now() < until:
+            problem, _ = _estimate(self._estimates, self._link.vehicle, self._said.get("SYS_STATUS"))
+            if problem is None:
+                return
+            if not said:
+                told(f"waiting: {problem}")
+            said = True
+            self._estimates.clear()
+            for message in self._link.pump(min(until, self._clock.now() + WATCHED.answered)):
+                self.take(message)
+
     @property
     def home(self) -> Vector | None:
         """Where home is, in the vehicle's local frame [m]; None where it was not told."""
@@ -566,8 +580,11 @@ def check_vehicle(
     frame: str = "ned",
     options: StreamOptions | None = None,
     stands: Sequence[float] | None = None,
+    told: Callable[[str], None] = lambda _: None,
 ) -> list[Finding]:
     """Read parameters and listen for three seconds; return one finding for each rule and each part of the state.
+
+    Before a flight, whose options are given, an estimate that is not fit is waited for, as long as they say.
 
     Parameters
     ----------
@@ -585,11 +602,15 @@ def check_vehicle(
         Whether the flight begins where the vehicle is; by default where the samples do.
     stands : sequence of float, optional
         Latitude and longitude at which the vehicle is to stand [degrees].
+    told : callable, optional
+        Called with what is waited for.
     """
     watch = VehicleWatch(link, clock, frame)
     watch.ask()
     parameters = Parameters(link, clock, watch.take).read_known(rule_parameters(autopilot.name))
     watch.listen()
+    if options is not None:
+        watch.wait_for_estimate(options.wait, told)
     if samples is not None and options is not None:
         samples = _placed(samples, link.vehicle, frame, options)
     findings = check_parameters(autopilot.name, parameters, watch.needs(samples))

@@ -18,7 +18,14 @@ from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpoint_message
 from minsnap.flight.mavlink.start_gate import begins_on_ground
 from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions, StreamReport
-from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, VehicleState, get_autopilot, rate_request
+from minsnap.flight.mavlink.vehicle_messages import (
+    ARDUPILOT,
+    Autopilot,
+    Message,
+    VehicleState,
+    get_autopilot,
+    rate_request,
+)
 from minsnap.replanning import Change
 from minsnap.trajectory import Trajectory
 
@@ -173,7 +180,8 @@ class Streamer:
         if options.trigger == "mode" and autopilot.main_mode is None:
             raise LinkError("the vehicle's modes are not known, so entering one cannot be the trigger: use another")
         self._link.send(rate_request(vehicle, "HEARTBEAT", STREAM.heartbeat_rate))
-        self._link.send(rate_request(vehicle, "CURRENT_MODE", STREAM.mode_rate))
+        if vehicle.autopilot != ARDUPILOT:  # which sends its heartbeats as often, and has no such message
+            self._link.send(rate_request(vehicle, "CURRENT_MODE", STREAM.mode_rate))
         for name in ("EXTENDED_SYS_STATE", "POSITION_TARGET_LOCAL_NED"):
             self._link.send(rate_request(vehicle, name, STREAM.state_rate))
         self._wait_for_position(vehicle)
@@ -351,8 +359,10 @@ class Streamer:
 
     def _tell(self, sent: list[SentSetpoint], sequence: Sequence) -> None:
         for each in sent:
-            if each.step.setpoint is not None:
-                setpoint = each.step.setpoint
+            setpoint = each.step.setpoint
+            if setpoint is None:
+                self._others.silent()
+            else:
                 self._others.sent(each.time, setpoint.position, math.hypot(*setpoint.velocity))
             self._observer.sent(each.time, each.step, each.lateness, sequence, self._link.vehicle)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from flying import PATH, START, Flight, excursion, in_ned, patient_rules
 from pilot import commanded, fly_until, places, sent, streamed
-from standin import LAND, OFFBOARD, POSCTL, PointMass, StandIn
+from standin import LAND, OFFBOARD, POSCTL, PointMass, StandIn, mavlink
 
 from minsnap import write_csv
 from minsnap.errors import FlightError
@@ -72,6 +72,7 @@ def test_ardupilot_takes_off_in_silence_and_flies_in_guided(clock):
         names = [c[0] for c in told]
         assert sorted(set(names), key=names.index) == [176, 400, 22, 21] and not vehicle.failsafes
         assert told[0][1:3] == (1.0, 4.0) and told[names.index(22)][3] == 1.5
+        assert mavlink.MAVLINK_MSG_ID_CURRENT_MODE not in vehicle.asked, "it says so to a pilot"
 
 
 def test_an_autopilot_that_will_not_arm_is_told_and_left(vehicle, clock):

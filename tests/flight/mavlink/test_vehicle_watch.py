@@ -32,12 +32,15 @@ def system(health=SENSORS, battery=90):
     return mavlink.MAVLink_sys_status_message(SENSORS, SENSORS, health, 0, 12000, 0, battery, *(0,) * 6)
 
 
-def checked(samples=PATH, parameters=PX4, body=START, stack="px4", options=None, stands=None, **settings):
+NO_PLACE = ("no horizontal velocity", "no horizontal position", "its position is assumed constant")
+
+
+def checked(samples=PATH, parameters=PX4, body=START, stack="px4", options=None, told=print, stands=None, **settings):
     clock = SharedClock()
     with StandIn(autopilot=stack, clock=clock, body=PointMass(body), parameters=parameters, **settings) as vehicle:
         link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock)
         link.wait_for_vehicle(30.0)
-        found = check_vehicle(link, clock, AUTOPILOTS[stack], samples, options=options, stands=stands)
+        found = check_vehicle(link, clock, AUTOPILOTS[stack], samples, options=options, stands=stands, told=told)
         link.close()
     return {finding.name: finding for finding in found}
 
@@ -62,6 +65,28 @@ def test_a_vehicle_that_is_ready_has_no_problem():
 def test_what_is_wrong_is_said(telemetry, name, says):
     found = checked(telemetry=telemetry)
     assert says in found[name].problem and found[name].grave == (name == "estimate")
+
+
+class Booting:
+    """The estimate of a vehicle that has a position after some heartbeats."""
+
+    def __init__(self, until):
+        self.sent, self.until = 0, until
+
+    def __iter__(self):
+        self.sent += 1
+        yield estimate(GOOD if self.sent > self.until else 1 | 4 | 32 | 128)
+
+
+@pytest.mark.parametrize(("until", "fit"), [(20, True), (1000, False)])
+def test_an_estimate_that_comes_is_waited_for_before_a_flight(until, fit):
+    """A flight was refused where it began within half a minute of booting."""
+    waited, options = [], StreamOptions(wait=40.0)
+    started = {"telemetry": Booting(until), "armed": False}
+    found = checked(options=options, told=waited.append, **started)
+    assert (found["estimate"].problem is None) == fit
+    assert waited == ["waiting: the estimate is not fit to fly by: " + ", ".join(NO_PLACE)]
+    assert checked(**started | {"telemetry": Booting(until)})["estimate"].problem, "a check alone does not wait"
 
 
 @pytest.mark.parametrize("vehicles", [1, 2, 3])
