@@ -64,19 +64,18 @@ class FileTransfer:
     def __init__(self, link: Link, clock: Clock) -> None:
         self._link, self._clock, self._number, self._silent = link, clock, 0, False
 
-    def find(self, folder: str, size: int, endings: Sequence[str], depth: int = 0) -> str | None:
-        """Return the path of the file of a size and an ending in a folder or one within; None where there is none."""
+    def find(self, folder: str, size: int, endings: Sequence[str], depth: int = 0) -> list[str]:
+        """Return the paths of all files of a size and an ending in a folder and those within."""
         entries = sorted(self._entries(folder), reverse=True)
-        for kind, name, bytes_of in entries:
-            if kind == "F" and bytes_of == size and name.lower().endswith(tuple(endings)):
-                return f"{folder}/{name}"
+        found = [
+            f"{folder}/{name}"
+            for kind, name, bytes_of in entries
+            if kind == "F" and bytes_of == size and name.lower().endswith(tuple(endings))
+        ]
         within = [name for kind, name, _ in entries if kind == "D" and name not in (".", "..")]
-        if depth < TRANSFER.deepest:
-            for name in within:
-                found = self.find(f"{folder}/{name}", size, endings, depth + 1)
-                if found is not None:
-                    return found
-        return None
+        for name in within if depth < TRANSFER.deepest else ():
+            found += self.find(f"{folder}/{name}", size, endings, depth + 1)
+        return found
 
     def _entries(self, folder: str) -> Iterator[tuple[str, str, int]]:
         """Yield what is in a folder: D or F, its name, and of a file its bytes."""

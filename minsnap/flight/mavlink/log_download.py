@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName
@@ -107,12 +108,18 @@ def download_log(
 
 
 def _from_files(link: Link, clock: Clock, entry: Message, progress: Callable[[float], None]) -> bytes | None:
-    """Return a log by the vehicle's file transfer: the file of its size; None where there is none, or no transfer."""
+    """Return a log by the vehicle's file transfer: the file of its size; None where that is not known for certain.
+
+    ArduPilot writes blocks of 4096 bytes, so that logs of two flights of one plan have the same size, and a flight was
+    learned from the one before it. Its files have the numbers of its logs.
+    """
     files = FileTransfer(link, clock)
     for folder in FOLDERS[link.vehicle.autopilot == PX4]:
-        place = files.find(folder, entry.size, (".ulg", ".bin"))
-        if place is not None:
-            return files.read(place, entry.size, progress)
+        places = files.find(folder, entry.size, (".ulg", ".bin"))
+        numbered = [place for place in places if PurePosixPath(place).stem.isdigit()]
+        places = [place for place in numbered if int(PurePosixPath(place).stem) == entry.id] if numbered else places
+        if len(places) == 1:
+            return files.read(places[0], entry.size, progress)
     return None
 
 

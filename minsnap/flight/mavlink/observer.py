@@ -151,7 +151,7 @@ class StreamObserver:
         if kind == "LOCAL_POSITION_NED":
             self._log.position(now, vehicle)
             if sequence is not None:
-                self._error = vehicle.distance(sequence.planned)
+                self._error = vehicle.distance(sequence.planned, sequence.planned_at)
                 if sequence.phase is Phase.FLYING and math.isfinite(self._error):
                     self._errors.append(self._error)
         elif kind == "HEARTBEAT":

@@ -40,6 +40,8 @@ class Conditions:
         Whether it was outside of its mode since the slot before, however briefly.
     foreign : str or None
         What another program asks of the vehicle, in words.
+    due : float or None
+        When the setpoint of the slot is to leave [s]; None: now.
     """
 
     slot: int
@@ -52,6 +54,7 @@ class Conditions:
     may_arm: bool = True
     left: bool = False
     foreign: str | None = None
+    due: float | None = None
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,10 @@ class Sequence:
     led : bool
         Whether the vehicle has followed this stream.
     planned : tuple of 3
-        Where the vehicle is to be now [m]: of setpoints sent ahead, where the one sent that much before is.
+        Where the vehicle is to be when the setpoint leaves [m]: of setpoints sent ahead, where the one sent that much
+        before is.
+    planned_at : float or None
+        When that is [s]; None before the flight.
     """
 
     def __init__(
@@ -124,6 +130,7 @@ class Sequence:
         self.reason: str | None = None
         self.completed = self.aborted = self.gave_up = self.led = self.ready = self.prepared = False
         self._lost_at: float | None = None
+        self.planned_at: float | None = None
         self._arm_sent = -math.inf
         self._arm_by: float | None = None
         self._lacking: list[str] | None = None
@@ -317,13 +324,16 @@ class Sequence:
         """Advance to the setpoint due now, unless a rule is broken or the end is reached."""
         index = at.slot - self._first_slot
         landed = self._has_landed(at.vehicle, index)
-        reason = None if landed else self._rules.breach(at.now, at.vehicle, self.planned, self._autopilot)
+        reason = (
+            None if landed else self._rules.breach(at.now, at.vehicle, self.planned, self._autopilot, self.planned_at)
+        )
         reason = reason or at.foreign or (f"the vehicle left {self._autopilot.mode}" if at.left and index > 0 else None)
         if reason is not None:
             self.abort(reason, at)
             return
         self.setpoint = self._table[index].shifted(self.offset)
         self.planned = self.setpoint.held(self._table.planned(index)).shifted(self.offset).position
+        self.planned_at = at.now if at.due is None else at.due
         if landed or self._is_over(index):
             self.completed = True
             self.hold(None, at, where_it_is=False)

@@ -212,8 +212,10 @@ class SafetyRules:
             return None
         return f"no setpoint left this program for {gap:.2f} s, more than the {self.max_gap:g} s allowed"
 
-    def breach(self, now: float, vehicle: VehicleState, setpoint: Vector, autopilot: Autopilot) -> str | None:
-        """Return a message that names the rule broken at ``now``, or None."""
+    def breach(
+        self, now: float, vehicle: VehicleState, setpoint: Vector, autopilot: Autopilot, when: float | None = None
+    ) -> str | None:
+        """Return a message that names the rule broken at ``now``, or None; the setpoint is of the instant ``when``."""
         losses = autopilot.losses(vehicle)
         if losses:
             return losses[0]
@@ -226,7 +228,7 @@ class SafetyRules:
             return None
         if now - vehicle.positioned > self.link_timeout:
             return f"the vehicle's position was not reported for {self.link_timeout:g} s"
-        error = vehicle.distance(setpoint) if now - vehicle.positioned <= STREAM.fresh else 0.0
+        error = vehicle.distance(setpoint, when) if now - vehicle.positioned <= STREAM.fresh else 0.0
         if error > self.farthest:
             return f"the vehicle was {error:.2f} m from its setpoint, more than the {self.farthest:g} m allowed"
         return None

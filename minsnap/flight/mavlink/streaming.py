@@ -184,6 +184,7 @@ class Streamer:
             self._link.send(rate_request(vehicle, "CURRENT_MODE", STREAM.mode_rate))
         for name in ("EXTENDED_SYS_STATE", "POSITION_TARGET_LOCAL_NED"):
             self._link.send(rate_request(vehicle, name, STREAM.state_rate))
+        self._link.send(rate_request(vehicle, "LOCAL_POSITION_NED", STREAM.position_rate))
         self._wait_for_position(vehicle)
         self._expect_lag(autopilot)
         self._suit(autopilot)
@@ -438,6 +439,7 @@ class Streamer:
         triggered = common is None and self._triggered
         at = Conditions(slot, now, self._link.vehicle, triggered, self._stops, late)
         at = replace(at, may_arm=self._triggered, left=self._left, foreign=self._foreign)
+        at = replace(at, due=self._sender.departures.start + slot / self._table.rate)
         self._left, self._foreign = False, None
         return at if common is None else self._together(sequence, common[0], at)
 

@@ -395,9 +395,18 @@ class VehicleState:
         times = before.times + 1 if before is not None and before.command == message.command else 1
         return Refusal(message.command, message.result, times)
 
-    def distance(self, position: Vector) -> float:
-        """Return the distance of the vehicle to a position in its local frame [m]; infinite if unknown."""
-        return math.inf if self.position is None else math.dist(self.position, position)
+    def distance(self, position: Vector, when: float | None = None) -> float:
+        """Return the distance of the vehicle to a position in its local frame [m]; infinite if unknown.
+
+        At an instant ``when`` [s], it is carried on to there with its velocity from where it was reported: one that
+        reports five times a second and flies 7 m/s seemed 1.4 m away.
+        """
+        if self.position is None:
+            return math.inf
+        age = 0.0 if when is None else when - self.positioned
+        moved = self.velocity if self.velocity is not None and math.isfinite(age) else (0.0, 0.0, 0.0)
+        here = [place + speed * age for place, speed in zip(self.position, moved, strict=True)]
+        return math.dist(here, position)
 
 
 @dataclass(frozen=True)

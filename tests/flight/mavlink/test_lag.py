@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from clocks import SharedClock
 from flying import Flight, in_ned, patient_rules
-from standin import StandIn
+from standin import PointMass, StandIn, mavlink
 
 import minsnap
 from minsnap.flight.mavlink.parameters import autopilot_limits
@@ -55,3 +55,20 @@ def test_a_race_within_the_vehicles_limits_is_not_stopped(speed):
         assert report.worst_error > 1.5 * 0.4 * 3.0, "more than was allowed for at that speed"
     said = [event for event in flight.events if "from the plan are allowed: it will lag" in event]
     assert len(said) == 1 and flight.events.index(said[0]) < flight.events.index("ready")
+
+
+@pytest.mark.parametrize("reports", [5.0, 20.0])
+def test_a_position_that_is_old_is_carried_on_to_the_instant_that_it_is_held_against(reports):
+    """ArduCopter, asked for five positions a second, was stopped 2.33 m from a plan that it flew 1.2 m from."""
+    limits = minsnap.Limits(speed=8.0, acceleration=8.0, jerk=40.0)
+    samples, clock = minsnap.plan([(0, 0, 2), (40, 0, 2)], limits=limits).sample(20.0), SharedClock()
+    body = PointMass(in_ned(samples.position[0]))
+    with StandIn(clock=clock, body=body, position_rate=reports, tells_targets=False) as vehicle:
+        with Flight(vehicle, samples, clock, rules=patient_rules(), trigger="mode") as flight:
+            vehicle.until(lambda v: "ready" in flight.events)
+            vehicle.enter()
+            vehicle.until(lambda v: any(event.startswith(("stopped", "holding the end")) for event in flight.events))
+            vehicle.enter(vehicle.other)
+            report = flight.result()
+    assert report.completed and report.rmse < 0.25 and report.worst_error < 0.4
+    assert mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED in vehicle.asked, "whatever asked for it before"

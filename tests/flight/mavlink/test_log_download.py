@@ -70,6 +70,16 @@ def test_messages_of_logs_take_over_where_files_are_others_or_stop(vehicle, link
     assert (tmp_path / "stopped.ulg").read_bytes() == vehicle.logs[0]
 
 
+@pytest.mark.parametrize("names", [("00000001.BIN", "00000002.BIN"), ("12_00_00.ulg", "13_00_00.ulg")])
+def test_of_two_logs_of_one_size_the_right_one_comes(vehicle, link, clock, tmp_path, names):
+    """ArduPilot writes whole blocks: a flight was learned from the log of the one before."""
+    vehicle.logs = [b"before", *(os.urandom(700) for _ in range(2))]
+    vehicle.files = {f"/log/{name}": log for name, log in zip(names, vehicle.logs[1:], strict=True)}
+    for entry in list_logs(link, clock):
+        download_log(link, clock, tmp_path / "flight.bin", entry=entry)
+        assert (tmp_path / "flight.bin").read_bytes() == vehicle.logs[entry.id]
+
+
 def test_logs_of_a_flight_that_was_split_come_one_after_another(vehicle, link, clock):
     vehicle.logs = [b"older"]
     before = list_logs(link, clock)
