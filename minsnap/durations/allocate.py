@@ -13,13 +13,13 @@ import numpy as np
 from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LATE, LateError
 from minsnap.durations.initial_guess import priced_first_guess
-from minsnap.durations.last_look import fault
 from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.outcome import PlanOutcome, if_possible, outcome_of, quickest
 from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, too_short
 from minsnap.durations.time_stretch import UnlimitedError
 from minsnap.durations.timing import Run, Timed, Timing, solved_or_explained, timed
 from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError, UnprovedError
+from minsnap.last_look import fault
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 
@@ -125,7 +125,9 @@ def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
 def _seen(planned: Timed, task: Task, timing: Timing) -> PlanOutcome:
     checked = task if task.samples is None else replace(task, walls=())
     times = timing.total_time if timing.durations is None else timing.durations
-    wrong = fault(checked, planned.trajectory, timing.limits, times, planned.limits_from, planned.solved)
+    curve, solved = planned.trajectory, planned.solved
+    proved = None if solved is None else solved.proved_margins(curve)
+    wrong = fault(checked.conditions, curve, timing.limits, times, planned.limits_from, proved)
     if wrong is None:
         return PlanOutcome(planned)
     reason = SolverError(f"the plan is refused at the last look: {wrong}; please report this question")

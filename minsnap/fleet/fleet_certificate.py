@@ -25,10 +25,10 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_simple
-from minsnap.durations.last_look import fault_as_one_leg
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation, arrays_in_flight, as_separation
 from minsnap.fleet.fleet_task import FleetTask, limits_of
+from minsnap.last_look import fault_as_one_leg
 from minsnap.limits.limits import Limits
 from minsnap.native import proved_extrema as native
 from minsnap.native.fleet_border import FleetArrays, NearPairs, clearances, near_pairs

@@ -13,7 +13,8 @@ from minsnap.basics.arrays import BoolArray, FloatArray, lengths_of
 from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.knot_regions import KnotRegion
+from minsnap.corridors.knot_regions import KnotRegion, Placement
+from minsnap.last_look import Conditions
 from minsnap.optimisation.reduced_qp import ReducedProblem, Slots, slots_of
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units
@@ -98,6 +99,12 @@ class Task:
     def dim(self) -> int:
         """Number of coordinates."""
         return int(self.waypoints.shape[1])
+
+    @property
+    def conditions(self) -> Conditions:
+        """What the plan has to keep, as the last look judges it."""
+        placement = Placement(self.waypoints, self.lower, self.upper, regions=self.regions)
+        return Conditions(placement, self.pins, self.continuity, self.closed, self.pieces, self.walls)
 
     @cached_property
     def lengths(self) -> FloatArray:

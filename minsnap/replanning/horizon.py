@@ -26,12 +26,12 @@ from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.margins import margin_to
 from minsnap.durations.allocate import looked_at, plan_timed
-from minsnap.durations.last_look import fault
 from minsnap.durations.least_cost import distance_split
 from minsnap.durations.recovery import RECOVERY, connect_start, pinned_state, state_use
 from minsnap.durations.timing import Timing
 from minsnap.durations.ways import from_end, joined, shortest_from
 from minsnap.errors import SolverError, TimingError
+from minsnap.last_look import fault
 from minsnap.limits.compliance import KEPT, first_from, keeps, kept_from, turns_within
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import AttachHeading, Task
@@ -380,7 +380,7 @@ def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
     legs = better.curve.legs
     times = aim.durations[:legs] if aim.durations is not None else aim.total_time if legs == task.legs else None
     near_task = near(task, Aim(), legs, None, None).task
-    wrong = fault(near_task, better.curve, None, times)
+    wrong = fault(near_task.conditions, better.curve, None, times)
     if wrong is not None:
         raise SolverError(f"the plan is refused at the last look: {wrong}; please report this replan")
     return better

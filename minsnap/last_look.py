@@ -9,6 +9,7 @@ another curve, the same one at another speed, or a wall or limits that the solve
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,31 +18,65 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import STORED, Placement, passing
-from minsnap.corridors.margins import margin_to
+from minsnap.corridors.margins import Margin, margin_to
 from minsnap.limits.compliance import KEPT, use_from
 from minsnap.limits.compliance import keeps as keeps_limits
 from minsnap.limits.limits import Limits
 from minsnap.native.quick_look import keeps
-from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import derivative_basis_map
 from minsnap.trajectory.trajectory import Trajectory, made
 
 
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """What was asked of a plan, besides its limits and its times.
+
+    Parameters
+    ----------
+    placement : Placement
+        Where the waypoints may be passed.
+    pins : mapping of int to mapping of int to ndarray, shape (dim,)
+        Derivatives at waypoints, by order [m/s^order].
+    continuity : int
+        Order up to which derivatives are continuous.
+    closed : bool
+        Whether the end is the start, in its derivatives too.
+    pieces : int
+        Polynomials a leg.
+    walls : sequence of Walls
+    """
+
+    placement: Placement
+    pins: Mapping[int, Mapping[int, FloatArray]]
+    continuity: int
+    closed: bool = False
+    pieces: int = 1
+    walls: Sequence[Walls] = ()
+
+    @property
+    def legs(self) -> int:
+        """Number of legs."""
+        return len(self.placement.points) - 1
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        return int(self.placement.points.shape[1])
+
+
 def fault(
-    task: Task,
+    asked: Conditions,
     curve: Trajectory,
     limits: Limits | None,
     times: FloatArray | float | None = None,
     limits_from: float = 0.0,
-    solved: SolvedTask | None = None,
+    margins: Mapping[int, Margin] | None = None,
 ) -> str | None:
     """Return which condition a curve does not keep, or None.
 
     Parameters
     ----------
-    task : Task
-        What was asked; without walls, they are not looked at.
+    asked : Conditions
     curve : Trajectory
         With its yaw.
     limits : Limits, optional
@@ -49,13 +84,13 @@ def fault(
         Durations that were asked for, or their total [s].
     limits_from : float
         Instant from which the limits are asked for [s].
-    solved : SolvedTask, optional
-        Whose proved margins count where they are of this very curve and of these very walls.
+    margins : mapping of int to Margin, optional
+        What ``certify``'s own proof gave of this very curve, by the identity of the walls.
     """
     return (
         _wrong_times(curve, times)
-        or (None if _seen_at_once(task, curve) else _wrong_waypoints(task, curve) or _wrong_knots(task, curve))
-        or _left_walls(task.walls, curve, solved)
+        or (None if _seen_at_once(asked, curve) else _wrong_waypoints(asked, curve) or _wrong_knots(asked, curve))
+        or _left_walls(asked.walls, curve, margins or {})
         or _broken_limits(limits, curve, limits_from)
     )
 
@@ -82,8 +117,8 @@ def fault_as_one_leg(
         return None
     still, exactly = {order: np.zeros(curve.dim) for order in range(1, half)}, np.zeros(ends.shape)
     pins = {0: still | dict(start), 1: still}
-    task = Task(ends, exactly, exactly, pins, half, half - 1, False, len(times), (), "auto")
-    return fault(task, made(points, times, len(times)), None, duration)
+    asked = Conditions(Placement(ends, exactly, exactly), pins, half - 1, pieces=len(times))
+    return fault(asked, made(points, times, len(times)), None, duration)
 
 
 def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | None:
@@ -96,32 +131,32 @@ def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | N
     )
 
 
-def _seen_at_once(task: Task, curve: Trajectory) -> bool:
+def _seen_at_once(asked: Conditions, curve: Trajectory) -> bool:
     """Whether the native core sees waypoints that are fixed, the states at both ends and no others, and every joint."""
-    if task.regions or task.closed or len(curve.durations) != task.legs * task.pieces or curve.dim != task.dim:
+    place = asked.placement
+    if place.regions or asked.closed or len(curve.durations) != asked.legs * asked.pieces or curve.dim != asked.dim:
         return False
-    start, end = (sorted(task.pins.get(k, {}).items()) for k in (0, task.legs))
+    start, end = (sorted(asked.pins.get(k, {}).items()) for k in (0, asked.legs))
     highest = len(start)
     orders = [*range(1, highest + 1)] * 2
-    if [order for order, _ in start + end] != orders or any(task.pins[k] for k in task.pins if 0 < k < task.legs):
+    if [order for order, _ in start + end] != orders or any(asked.pins[k] for k in asked.pins if 0 < k < asked.legs):
         return False
-    states = None if task.still else np.array([value for _, value in start + end])
-    arrays = task.waypoints, curve.durations, curve.control_points, task.continuity, highest
-    return keeps(*arrays, states=states)
+    states = np.array([value for _, value in start + end])
+    arrays = place.points, curve.durations, curve.control_points, asked.continuity, highest
+    return keeps(*arrays, states=states if states.any() else None)
 
 
-def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:
-    if curve.legs != task.legs or curve.dim != task.dim:
-        return f"it has {curve.legs} legs and {curve.dim} coordinates, and {task.legs} and {task.dim} were asked for"
-    placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
-    outside, passes = passing(curve, placement)
+def _wrong_waypoints(asked: Conditions, curve: Trajectory) -> str | None:
+    if curve.legs != asked.legs or curve.dim != asked.dim:
+        return f"it has {curve.legs} legs and {curve.dim} coordinates, and {asked.legs} and {asked.dim} were asked for"
+    outside, passes = passing(curve, asked.placement)
     return None if passes else f"it passes a waypoint {outside:.3g} m outside of where it may, or the wrong way"
 
 
-def _wrong_knots(task: Task, curve: Trajectory) -> str | None:
-    if len(curve.durations) > 1 and continuity(curve) < task.continuity:
-        return f"its derivatives are continuous up to order {continuity(curve)}, and {task.continuity} was asked for"
-    for waypoint, state in task.pins.items():
+def _wrong_knots(asked: Conditions, curve: Trajectory) -> str | None:
+    if len(curve.durations) > 1 and continuity(curve) < asked.continuity:
+        return f"its derivatives are continuous up to order {continuity(curve)}, and {asked.continuity} was asked for"
+    for waypoint, state in asked.pins.items():
         if not state:
             continue
         orders = np.array(list(state))
@@ -131,8 +166,9 @@ def _wrong_knots(task: Task, curve: Trajectory) -> str | None:
             wrong = np.abs(value[orders] - values).max(axis=1) > rounding[orders] + allowed
             if wrong.any():
                 return f"derivative {orders[wrong][0]} at waypoint {waypoint} is not the one that is pinned there"
-    if task.closed:
-        (start, room), (end, other) = (*_sides(curve, 0, task.continuity), *_sides(curve, task.legs, task.continuity))
+    if asked.closed:
+        first, last = _sides(curve, 0, asked.continuity), _sides(curve, asked.legs, asked.continuity)
+        (start, room), (end, other) = (*first, *last)
         wrong = np.abs(end - start).max(axis=1)[1:] > np.maximum(room, other)[1:]
         if wrong.any():
             return f"derivative {1 + int(wrong.argmax())} at the end of the lap is not that at its start"
@@ -157,8 +193,7 @@ def _derivatives(points: FloatArray, duration: float, highest: int) -> tuple[Flo
     return (differences @ offsets) * powers[:, None], sums * np.abs(powers) * rounding
 
 
-def _left_walls(walls: Sequence[Walls], curve: Trajectory, solved: SolvedTask | None) -> str | None:
-    known = {} if solved is None else solved.proved_margins(curve)
+def _left_walls(walls: Sequence[Walls], curve: Trajectory, known: Mapping[int, Margin]) -> str | None:
     for wall in walls:
         if not len(wall.leg):
             continue

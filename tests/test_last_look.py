@@ -9,8 +9,8 @@ import minsnap
 from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
 from minsnap.basics.checks import DERIVATIVES
 from minsnap.durations import allocate, resting, within_limits
-from minsnap.durations.last_look import fault
 from minsnap.durations.timing import Timed
+from minsnap.last_look import fault
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.library import core
 from minsnap.native.quick_look import keeps
@@ -75,23 +75,23 @@ def task_of(curve, **changes):
 
 def test_what_was_not_asked_for_is_named():
     curve = minsnap.plan(POINTS, durations=TIMES)
-    assert fault(task_of(curve), curve, None, np.array(TIMES)) is None
-    assert "waypoint" in fault(replace(task_of(curve), waypoints=POINTS + [0, 0, 1e-6]), curve, None)
-    assert "other times" in fault(task_of(curve), curve, None, 5.6)
-    assert "other times" in fault(task_of(curve), curve, None, np.array([2.0, 1.4, 2.1]))
+    assert fault(task_of(curve).conditions, curve, None, np.array(TIMES)) is None
+    assert "waypoint" in fault(replace(task_of(curve), waypoints=POINTS + [0, 0, 1e-6]).conditions, curve, None)
+    assert "other times" in fault(task_of(curve).conditions, curve, None, 5.6)
+    assert "other times" in fault(task_of(curve).conditions, curve, None, np.array([2.0, 1.4, 2.1]))
     moving = {0: {1: np.array([1e-6, 0, 0])}, 3: {}}
-    assert "derivative 1 at waypoint 0" in fault(task_of(curve, pins=moving), curve, None)
-    assert "derivative 2 at waypoint 2" in fault(task_of(curve, pins={2: {2: np.zeros(3)}}), curve, None)
+    assert "derivative 1 at waypoint 0" in fault(task_of(curve, pins=moving).conditions, curve, None)
+    assert "derivative 2 at waypoint 2" in fault(task_of(curve, pins={2: {2: np.zeros(3)}}).conditions, curve, None)
     points = curve.control_points.copy()
     points[1, 1] += 1e-6
     assert "continuous up to order 0" in fault(
-        task_of(curve), minsnap.Trajectory(points, curve.durations, curve.yaw, curve.pieces), None
+        task_of(curve).conditions, minsnap.Trajectory(points, curve.durations, curve.yaw, curve.pieces), None
     )
     lap = minsnap.plan([*POINTS, POINTS[0]], durations=[*TIMES, 1.5], closed=True)
     closed = task_of(lap, pins={}, closed=True)
-    assert fault(closed, lap, None) is None
+    assert fault(closed.conditions, lap, None) is None
     open_lap = minsnap.plan([*POINTS, POINTS[0]], durations=[*TIMES, 1.5], start={"velocity": (1, 0, 0)})
-    assert "derivative 1 at the end of the lap" in fault(closed, open_lap, None)
+    assert "derivative 1 at the end of the lap" in fault(closed.conditions, open_lap, None)
 
 
 def test_a_margin_counts_for_the_very_curve_alone():
@@ -105,7 +105,9 @@ def test_a_margin_counts_for_the_very_curve_alone():
     assert solved.proved_margins(curve.with_yaw(curve.yaw))
     assert not solved.proved_margins(curve.stretched(1.0 + 1e-15))
     narrower = Boxes(BOXES.lower + 0.2, BOXES.upper - 0.2).walls(POINTS)
-    assert "it leaves the box" in fault(replace(task, walls=narrower), curve, None, solved=solved)
+    assert "it leaves the box" in fault(
+        replace(task, walls=narrower).conditions, curve, None, margins=solved.proved_margins(curve)
+    )
 
 
 @native
