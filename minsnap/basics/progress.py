@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from inspect import Parameter, signature
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
 Callback = TypeVar("Callback", bound=Callable[..., None])
+Step = TypeVar("Step")
 
 DELAY, INTERVAL = 0.5, 0.2
 """Time before the first line, so that what is quick shows none, and least time between two [s]."""
@@ -67,6 +69,33 @@ def _begin(label: str) -> RichProgress:
     drawn.start()
     drawn.add_task(label, text="")
     return drawn
+
+
+def of_steps(
+    progress: Callable[[Step], None] | bool | None, step: Callable[..., Step], called: str
+) -> Callable[..., None] | bool | None:
+    """Return what is to be called with the values of a step, from what is called with a step.
+
+    A function of as many values is called with them for one version more, with a warning.
+    """
+    if progress is None or isinstance(progress, bool) or not callable(progress):
+        return progress
+    if _values_of(progress) > 1:
+        from minsnap.basics.warn import warn_deprecated
+
+        warn_deprecated(f"{called}(progress=) with a function of several numbers", "a function of one step", "0.3")
+        return progress
+    return lambda *values: progress(step(*values))
+
+
+def _values_of(called: Callable[..., None]) -> int:
+    """Return how many values a function has to be called with; one where that is not known."""
+    try:
+        parameters = signature(called).parameters.values()
+    except (TypeError, ValueError):
+        return 1
+    needed = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+    return sum(one.kind in needed and one.default is Parameter.empty for one in parameters)
 
 
 @contextmanager

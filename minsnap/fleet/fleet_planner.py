@@ -8,14 +8,14 @@ from dataclasses import replace
 from functools import partial
 from math import ceil, inf
 from time import monotonic
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike
 from minsnap.basics.checks import check_number, check_seed, check_threads, check_time
 from minsnap.basics.messages import explains_names
-from minsnap.basics.progress import ProgressLine, progress_line
+from minsnap.basics.progress import ProgressLine, of_steps, progress_line
 from minsnap.basics.warn import warn_deprecated
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
@@ -31,7 +31,13 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import ChosenHeading, Yaw, chosen_heading
 from minsnap.trajectory.trajectory import Trajectory
 
-Told = Callable[[float, float], None]
+
+class FleetStep(NamedTuple):
+    """A time of flight that the search has reached [s], and the least distance of two vehicles in it [m]."""
+
+    time: float
+    least_distance: float
+
 
 MOST_KNOTS = 40
 """Most pieces that are tried so that waypoints are passed when it is best."""
@@ -59,7 +65,7 @@ def plan_fleet(
     polish: float = 0.0,
     seed: int = 0,
     time_limit: float | None = None,
-    progress: bool | Told | None = None,
+    progress: bool | Callable[[FleetStep], None] | None = None,
     threads: int | None = None,
     search: Search | None = None,
 ) -> Fleet:
@@ -103,7 +109,8 @@ def plan_fleet(
     seed : int
         Seed of the choice between equal ways. The same seed gives the same bits with any number of threads.
     progress : bool or callable, optional
-        True for a line on the terminal; or a function of each time reached [s] and its least distance [m].
+        True for a line on the terminal; or a function that is called with each ``FleetStep``: a ``time`` that is
+        reached [s] and its ``least_distance`` [m].
     threads : int, optional
         By default as many as processors.
     search : Search, optional
@@ -136,7 +143,7 @@ def plan_fleet(
     refuse_meetings(task, count)
     workers = check_threads(threads, FleetError)
     given = _headings(task, yaw), checked_names(names, len(task) + len(task.fixed))
-    with progress_line(progress, "fleet", _line) as callback:
+    with progress_line(of_steps(progress, FleetStep, "plan_fleet"), "fleet", _line) as callback:
         joint = TimeSearch(task, count, workers, lambda: monotonic() > due, callback)
         return _searched(joint, partial(_finished, task, joint, *given), polish, seed, pieces)
 
@@ -313,5 +320,5 @@ def _check_time(task: FleetTask, total_time: Any) -> None:
         )
 
 
-def _line(line: ProgressLine) -> Told:
+def _line(line: ProgressLine) -> Callable[[float, float], None]:
     return lambda time, least: line.show(None, f"{time:.3f} s, least distance {least:.3f} m")

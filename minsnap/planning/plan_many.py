@@ -6,14 +6,14 @@ from collections import ChainMap
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, owned
 from minsnap.basics.checks import check_degree, check_switch, check_threads
 from minsnap.basics.needed_memory import planned_bytes, within_memory
-from minsnap.basics.progress import ProgressLine, progress_line
+from minsnap.basics.progress import ProgressLine, of_steps, progress_line
 from minsnap.basics.tolerances import GAP
 from minsnap.corridors.boxes import Room, as_room
 from minsnap.corridors.constraint import Constraint
@@ -31,6 +31,13 @@ from minsnap.trajectory.trajectories import Gradients, Reports, Slopes, Trajecto
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory, report_maker
 
 
+class ManyStep(NamedTuple):
+    """How many problems are planned, of how many."""
+
+    done: int
+    problems: int
+
+
 @within_memory("this batch of plans", planned_bytes)
 def plan_many(
     waypoints: ArrayLike | Sequence[ArrayLike],
@@ -46,7 +53,7 @@ def plan_many(
     pieces: int | Literal["auto"] | Sequence[int | Literal["auto"] | None] | None = None,
     gradients: bool = False,
     threads: int | None = None,
-    progress: Callable[[int, int], None] | bool | None = None,
+    progress: Callable[[ManyStep], None] | bool | None = None,
     room: Room | Sequence[ArrayLike] | None = None,
     search: Search | Sequence[Search | None] | None = None,
 ) -> Trajectories:
@@ -78,8 +85,8 @@ def plan_many(
     threads : int, optional
         Threads to use; by default as many as processors.  The result does not depend on it.
     progress : callable or bool, optional
-        Called with the numbers of problems that are planned and of all; True shows a line on standard error where it
-        takes long.
+        Called with a ``ManyStep`` now and then: ``done`` of ``problems`` are planned. True shows a line on
+        standard error where it takes long.
 
     room : Room or pair of corners, optional
         Room of all legs of all problems, besides the corridors.
@@ -118,7 +125,8 @@ def plan_many(
     if room is not None:
         walls = [with_walls(own, *as_room(room)) for own in walls or [None] * len(batch)]
     workers = check_threads(threads, InputError)
-    with progress_line(progress, "planning", _problems_in) as watch:
+    told = of_steps(progress, ManyStep, "plan_many")
+    with progress_line(told, "planning", _problems_in) as watch:
         return _solved(ManyProblems(batch, half, ends, walls, others, workers, began, watch), gradients)
 
 

@@ -174,14 +174,14 @@ def test_limits_radii_and_headings_of_their_own():
 def test_a_search_that_is_stopped_returns_the_best_certified():
     told = []
 
-    def interrupt(time, least):
-        told.append((time, least))
+    def interrupt(step):
+        told.append(step)
         if len(told) == 2:
             _thread.interrupt_main()
 
     fleet = minsnap.plan_fleet(antipodal(8), AXIS, APART, progress=interrupt)
     assert fleet.report.stopped == "Ctrl-C"
-    assert fleet.duration == pytest.approx(min(time for time, _ in told), rel=1e-12)
+    assert fleet.duration == pytest.approx(min(step.time for step in told), rel=1e-12)
     assert minsnap.certify_fleet(fleet, limits=AXIS).ok
 
 

@@ -279,7 +279,7 @@ def test_costs_of_all_at_once():
 def test_progress_counts_problems(corridor):
     points, durations = questions(30, 3, seed=2)
     told = []
-    many = minsnap.plan_many(points, durations, corridor, progress=lambda *now: told.append(now))
+    many = minsnap.plan_many(points, durations, corridor, progress=told.append)
     assert told[-1] == (30, 30) and told == sorted(set(told)) and many.errors == (None,) * 30
 
 
@@ -290,7 +290,7 @@ def test_blocks_change_no_bit(monkeypatch):
     whole = minsnap.plan_many(points, durations, corridor=0.4, gradients=True)
     monkeypatch.setattr(plan_batches, "BLOCK", 7)
     told = []
-    parts = minsnap.plan_many(points, durations, corridor=0.4, gradients=True, progress=lambda *now: told.append(now))
+    parts = minsnap.plan_many(points, durations, corridor=0.4, gradients=True, progress=told.append)
     assert told == [(7 * k, 40) for k in range(1, 6)] + [(40, 40)]
     assert (parts.control_points == whole.control_points).all() and (parts.breaks == whole.breaks).all()
     for name in ("durations", "waypoints", "corridor"):
@@ -312,7 +312,7 @@ def test_plain_plans_within_limits_are_made_together_with_the_bits_of_plan(corri
     limits, told, alone = [LIMITS[i % 3] for i in range(5)], [], []
     own = problem_rows.plan
     monkeypatch.setattr(problem_rows, "plan", lambda *asked, **others: alone.append(asked) or own(*asked, **others))
-    many = minsnap.plan_many(points, corridor=corridor, limits=limits, progress=lambda *done: told.append(done))
+    many = minsnap.plan_many(points, corridor=corridor, limits=limits, progress=told.append)
     assert many.errors == (None,) * 5 and told[-1] == (5, 5) and not alone
     for curve, place, limit in zip(many, points, limits, strict=True):
         other = minsnap.plan(place, corridor=corridor, limits=limit)

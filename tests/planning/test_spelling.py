@@ -77,3 +77,19 @@ def test_a_replanner_and_a_fleet_take_a_room_by_its_place_with_a_warning():
 def test_what_is_named_twice_is_refused_by_python():
     with pytest.raises(TypeError):
         minsnap.plan(POINTS, [3.0, 2.0], None, None, 0.3, 3, continuity=4)
+
+
+CALLS = {
+    "plan_many": lambda progress: minsnap.plan_many([POINTS, POINTS], total_time=6.0, progress=progress),
+    "plan_fleet": lambda progress: minsnap.plan_fleet([POINTS[:2], POINTS[1::-1]], LIMITS, 0.3, progress=progress),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_progress_is_called_with_one_step_and_with_its_numbers_for_a_version(name):
+    steps, numbers = [], []
+    CALLS[name](steps.append)
+    with pytest.warns(DeprecationWarning, match="a function of one step"):
+        CALLS[name](lambda first, second: numbers.append((first, second)))
+    assert steps and sorted(set(steps)) == sorted(set(numbers))
+    assert all(step._fields in (("done", "problems"), ("time", "least_distance")) for step in steps)
