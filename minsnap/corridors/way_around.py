@@ -284,7 +284,9 @@ def clear_lines(kept: Kept, lines: FloatArray, beyond: float) -> BoolArray:
     path = lines.reshape(-1, lines.shape[2])
     least = kept.clearance + beyond
     reach = max(least, 1e-3 * float(np.abs(np.diff(lines, axis=1)).max()), 1e-9)
-    distance = tangent_planes(path, kept.obstacles, kept.points, kept.clearance, reach).distance[::2]
+    far = 2.0 * reach + kept.clearance
+    near = ((kept.points >= path.min(axis=0) - far) & (kept.points <= path.max(axis=0) + far)).all(axis=1)
+    distance = tangent_planes(path, kept.obstacles, kept.points[near], kept.clearance, reach).distance[::2]
     if kept.prisms is not None and len(kept.prisms):
         distance = np.minimum(distance, kept.prisms.from_lines(lines)[0].min(axis=1))
     for low, high in [] if kept.prisms is None else kept.prisms.ends():

@@ -159,3 +159,17 @@ def test_a_plan_through_polytopes_is_certified():
     assert minsnap.certify(curve, corridor=around).ok
     sampled = curve(np.linspace(0.0, curve.duration, 2001))
     assert min(distance_to(obstacle, point) for obstacle in obstacles for point in sampled) >= 0.1 - 1e-9
+
+
+def test_points_of_a_cloud_count_where_they_are_as_near_as_the_reach():
+    """Beside a slanted segment most of its box is far away from it."""
+    rng = np.random.default_rng(0)
+    path = np.array([(-4.0, -4.0, 0.0), (4.0, 4.0, 2.0)])
+    points, reach, clearance = rng.uniform(-6.0, 6.0, (3000, 3)), 0.4, 0.1
+    share = np.clip((points - path[0]) @ (path[1] - path[0]) / ((path[1] - path[0]) ** 2).sum(), 0.0, 1.0)
+    gaps = np.linalg.norm(points - path[0] - share[:, None] * (path[1] - path[0]), axis=1)
+    found = tangent_planes(path, np.zeros((0, 13)), points, clearance, reach)
+    near = tangent_planes(path, np.zeros((0, 13)), points[gaps <= 2.0 * reach + clearance], clearance, reach)
+    assert found.nearest[0] == gaps.argmin() and found.distance[0] == pytest.approx(gaps.min(), abs=1e-9)
+    assert (found.sets[0][0] == near.sets[0][0]).all() and (found.sets[0][1] == near.sets[0][1]).all()
+    assert len(near.sets[0][0]) > 6

@@ -27,6 +27,9 @@ from minsnap.trajectory.trajectory import Trajectory
 AGREED = 1e-9
 """Difference of the bound and the distance that ends the search [m]."""
 
+SOME = 10_000
+"""Points of a cloud that say first how near the nearest can be."""
+
 HALVINGS = 60
 """Times that an interval is halved at most."""
 
@@ -192,7 +195,9 @@ def _points_in_reach(traj: Trajectory, points: FloatArray) -> IntArray:
     instants = np.concatenate([np.linspace(a, b, 33)[:-1] for a, b in zip(traj.breaks, traj.breaks[1:], strict=False)])
     step = float((np.diff(instants, append=traj.duration) * traj.max_norm(1)[0]).max())
     apart = cKDTree(traj(instants))  # between two samples it is at most half a step from one of them
-    distance, _ = apart.query(points)
+    some = points[:: max(1, len(points) // SOME)]
+    enough = np.nextafter(float(apart.query(some)[0].min()) + step, np.inf)
+    distance, _ = apart.query(points, distance_upper_bound=enough)
     return np.flatnonzero(distance <= distance.min() + step)
 
 

@@ -38,13 +38,21 @@ public:
     SegmentSet(const TangentQuestion &q, Integer segment) : q_(q), segment_(segment), from_(q.path + fleet_axes * segment) {
         to_ = from_ + fleet_axes;
         planes_ = q.planes + 4 * q.capacity * segment;
+        const double grown = 2.0 * q.reach + q.clearance;
+        for (int d = 0; d < fleet_axes; ++d) {
+            low_[d] = std::fmin(from_[d], to_[d]) - grown;
+            high_[d] = std::fmax(from_[d], to_[d]) + grown;
+        }
+        near_ = grown * (1.0 + 1e-9) + 1e-9 * (std::fabs(from_[0]) + std::fabs(from_[1]) + std::fabs(from_[2]));
     }
 
     // False where there is no memory.
     bool find() {
         Buffer<Near> near;
-        if (!near.allocate(std::size_t(q_.obstacles + q_.points + 1))) return false;
-        const Integer count = gather(near.data());
+        Integer count = 0;
+        for (Integer which = 0; which < q_.obstacles + q_.points; ++which) count += may_reach(which);
+        if (!near.allocate(std::size_t(count + 1))) return false;
+        count = gather(near.data());
         std::sort(near.data(), near.data() + count, before);
         q_.nearest[segment_] = count > 0 ? near[0].which : -1;
         q_.distance[segment_] = count > 0 ? near[0].distance : __builtin_huge_val();
@@ -61,25 +69,41 @@ private:
         return which < q_.obstacles ? q_.obstacle[which] : as_obstacle(q_.point + fleet_axes * (which - q_.obstacles));
     }
 
-    // Whether an obstacle may have points within the box around the segment, grown by reach and clearance.
-    bool may_reach(const Obstacle &obstacle) const {
-        const double grown = 2.0 * q_.reach + q_.clearance;
+    // Whether an obstacle may be within the box around the segment, grown by reach and clearance; or a point, of which there are millions, as near to it.
+    bool may_reach(Integer which) const {
+        if (which >= q_.obstacles) return is_near(q_.point + fleet_axes * (which - q_.obstacles));
+        const Obstacle &obstacle = q_.obstacle[which];
         for (int d = 0; d < int(q_.dim); ++d) {
             double low = obstacle.low[d], high = obstacle.high[d];
             if (is_round(obstacle, d)) {
                 low = std::fmax(low, obstacle.center[d] - obstacle.radius / obstacle.scale[d]);
                 high = std::fmin(high, obstacle.center[d] + obstacle.radius / obstacle.scale[d]);
             }
-            if (low > std::fmax(from_[d], to_[d]) + grown || high < std::fmin(from_[d], to_[d]) - grown) return false;
+            if (low > high_[d] || high < low_[d]) return false;
         }
         return true;
+    }
+
+    bool is_near(const double *point) const {
+        bool within = true;
+        for (int d = 0; d < int(q_.dim); ++d) within &= !(point[d] > high_[d]) & !(point[d] < low_[d]);
+        if (!within) return false;
+        double along[fleet_axes], away[fleet_axes], square = 0.0;
+        for (int d = 0; d < fleet_axes; ++d) {
+            along[d] = to_[d] - from_[d];
+            away[d] = point[d] - from_[d];
+        }
+        const double length = product(along, along);
+        const double share = length > 0.0 ? std::fmin(std::fmax(product(along, away) / length, 0.0), 1.0) : 0.0;
+        for (int d = 0; d < fleet_axes; ++d) square += (away[d] - share * along[d]) * (away[d] - share * along[d]);
+        return !(square > near_ * near_);
     }
 
     Integer gather(Near *near) const {
         Integer count = 0;
         for (Integer which = 0; which < q_.obstacles + q_.points; ++which) {
+            if (!may_reach(which)) continue;
             const Obstacle obstacle = obstacle_of(which);
-            if (!may_reach(obstacle)) continue;
             Near &one = near[count];
             one.which = which;
             one.distance = nearest_on_segment(obstacle, from_, to_, one.normal);
@@ -138,6 +162,7 @@ private:
     const TangentQuestion &q_;
     Integer segment_, planes_found_ = 0;
     const double *from_, *to_;
+    double low_[fleet_axes], high_[fleet_axes], near_;
     double *planes_;
 };
 
