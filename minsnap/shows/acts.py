@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -84,6 +85,48 @@ class Act:
 
 
 @dataclass(frozen=True, eq=False)
+class Group:
+    """Vehicles that fly acts of their own, at their own times.
+
+    Parameters
+    ----------
+    name : str
+    acts : tuple of Act
+        Each has as many points as there are vehicles in the group.
+    """
+
+    name: str
+    acts: tuple[Act, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Groups that fly at once, each its own acts; vehicles of none of them stay where they are.
+
+    Who is in which group is decided by the least sum of squared ways to their first acts. The next act begins when the
+    last group is done with its own.
+
+    Parameters
+    ----------
+    name : str
+    groups : tuple of Group
+    """
+
+    name: str
+    groups: tuple[Group, ...]
+
+    @property
+    def first(self) -> FloatArray:
+        """Points of the first acts of all groups, one group after the other, shape (points, 3) [m]."""
+        return np.concatenate([group.acts[0].points for group in self.groups])
+
+    @property
+    def acts(self) -> tuple[Act, ...]:
+        """All acts, one group after the other."""
+        return tuple(act for group in self.groups for act in group.acts)
+
+
+@dataclass(frozen=True, eq=False)
 class Show:
     """What is to be flown.
 
@@ -92,7 +135,7 @@ class Show:
     home : ndarray, shape (vehicles, 3)
         Where each stands and lands [m]. Those beyond the most points of any act, the last ones, are reserves and stay
         on the ground.
-    acts : tuple of Act
+    acts : tuple of Act or Groups
     separation : Separation
         Homes that are nearer to each other than it asks in flight, and not on the ground, are left in turn.
     limits : Limits
@@ -124,7 +167,7 @@ class Show:
     """
 
     home: FloatArray
-    acts: tuple[Act, ...]
+    acts: tuple[Act | Groups, ...]
     separation: Separation
     limits: Limits
     take_off: float = 2.0
@@ -168,14 +211,20 @@ class Show:
         return np.asarray(places)
 
     @property
+    def formations(self) -> tuple[Act, ...]:
+        """All acts, those of groups too, one group after the other."""
+        return tuple(each for act in self.acts for each in (act.acts if isinstance(act, Groups) else (act,)))
+
+    @property
     def flying(self) -> int:
         """How many vehicles leave the ground."""
-        return max((len(act.points) for act in self.acts), default=len(self.home))
+        counts = [len(act.first if isinstance(act, Groups) else act.points) for act in self.acts]
+        return max(counts, default=len(self.home))
 
     @property
     def reach(self) -> float:
         """Largest coordinate of any formation [m]."""
-        points = [self.above, *(act.points for act in self.acts)]
+        points = [self.above, *(act.points for act in self.formations)]
         return float(max(np.abs(place).max() for place in points))
 
     def check(self) -> None:
@@ -188,7 +237,7 @@ class Show:
             raise FleetError("nothing limits how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}")
         if self.home.ndim != 2 or self.home.shape[1] != 3 or not len(self.home):
             raise FleetError(f"home has the shape {self.home.shape}: give (vehicles, 3)")
-        acts = [(f"act {act.name!r}", act.points, act.animated) for act in self.acts]
+        acts = [(f"act {act.name!r}", act.points, act.animated) for act in self.formations]
         for name, points, animated in [("home", self.home, False), *acts]:
             if points.ndim != 2 or points.shape[1:] != (3,) or not 1 <= len(points) <= len(self.home):
                 text = f"{name} has {len(points)} points, and home has {len(self.home)}"
@@ -208,8 +257,23 @@ class Show:
                 if name == "home" and self.separation.ground is None:
                     give += f", or say how near they may be on the ground (ground: {np.floor(100 * least) / 100:g})"
                 raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
+        for act in self.acts:
+            if isinstance(act, Groups):
+                self._check_groups(act)
         self.check_inside()
         self._check_reserves()
+
+    def _check_groups(self, act: Groups) -> None:
+        """Refuse groups of more vehicles than there are, and acts with more or fewer points than their group."""
+        if len(act.first) > len(self.home):
+            text = f"the groups of {act.name!r} have {len(act.first)} vehicles, and home has {len(self.home)}"
+            raise FleetError(f"{text}: give them fewer")
+        for group in act.groups:
+            count = len(group.acts[0].points)
+            for each in group.acts:
+                if len(each.points) != count:
+                    text = f"group {group.name!r} has {count} vehicles, and its act {each.name!r} {len(each.points)}"
+                    raise FleetError(f"{text} points: give it as many")
 
     def _check_reserves(self) -> None:
         """Refuse what is flown too low over vehicles that stay on the ground."""
@@ -222,7 +286,7 @@ class Show:
                 f"take_off is {self.take_off:g} m, over {len(reserves)} vehicles that stay on the ground: climb to "
                 f"{lowest:g} m or more"
             )
-        for act in self.acts:
+        for act in self.formations:
             both = self.separation.flat(np.concatenate((act.points, reserves)))
             away = np.linalg.norm(both[: len(act.points), None] - both[None, len(act.points) :], axis=2)
             if away.min() < apart:
@@ -232,7 +296,7 @@ class Show:
 
     def check_inside(self) -> None:
         """Refuse homes and points of acts that are outside of the room, or beyond the margins of the fence."""
-        for name, points in (("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)):
+        for name, points in (("home", self.home), *((f"act {act.name!r}", act.points) for act in self.formations)):
             if self.room is not None:
                 out = np.maximum(self.room[0] - points, points - self.room[1]).max(axis=1)
                 if out.max() > EXACT:
@@ -251,8 +315,7 @@ class Show:
             ("the layer of take_off", self.layer or 0.0),
             ("the wait before take_off", self.wait or 0.0),
         ]
-        before: Act | None = None
-        for act in self.acts:
+        for act in self.formations:
             times += [(f"hold of act {act.name!r}", act.hold), (f"at of act {act.name!r}", act.at or 0.0)]
             times.append((f"seconds of act {act.name!r}", 1.0 if act.seconds is None else act.seconds))
             if act.seconds == 0.0:
@@ -267,12 +330,22 @@ class Show:
                 raise FleetError(f"the changes of the lights of act {act.name!r} are not in the order of their times")
             if act.yaw is not None and np.shape(act.yaw) not in ((), (len(act.points),)):
                 raise FleetError(f"act {act.name!r} has {np.size(act.yaw)} headings: give one, or one for each point")
-            if act.at is None:
-                continue
+        for name, value in times:
+            if not 0.0 <= value <= LONGEST:
+                raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")
+        _check_order(self.acts, None)
+
+
+def _check_order(acts: Sequence[Act | Groups], before: Act | None) -> Act | None:
+    """Refuse acts at instants that do not ascend, after another; return the last one that is at an instant."""
+    for act in acts:
+        if isinstance(act, Groups):
+            last = [_check_order(group.acts, before) for group in act.groups]
+            timed = [each for each in last if each is not None]
+            before = max(timed, key=lambda each: each.at or 0.0, default=None)
+        elif act.at is not None:
             if before is not None and act.at < (before.at or 0.0) + before.hold:
                 text = f"act {act.name!r} is at {act.at:g} s, and act {before.name!r} lasts until"
                 raise FleetError(f"{text} {(before.at or 0.0) + before.hold:g} s: acts are in the order of their times")
             before = act
-        for name, value in times:
-            if not 0.0 <= value <= LONGEST:
-                raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")
+    return before

@@ -209,7 +209,7 @@ def spacing_of(points: FloatArray) -> tuple[float, tuple[int, int]]:
 
     distance, other = KDTree(points).query(points, k=2)
     first = int(distance[:, 1].argmin())
-    return float(distance[first, 1]), (first, int(other[first, 1]))
+    return float(distance[first, 1]), (first, int(other[first][other[first] != first][0]))
 
 
 def _count(value: Any, what: str = "vehicles") -> int:

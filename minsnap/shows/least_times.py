@@ -7,6 +7,8 @@ and animations, count as none.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
@@ -14,16 +16,27 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
 from minsnap.fleet import table_of, trapezoid
 from minsnap.limits import Limits
-from minsnap.shows.acts import Act, Show
+from minsnap.shows.acts import Act, Groups, Show
 from minsnap.shows.moves import Move
 
 
 def refuse_hasty(show: Show) -> None:
     """Raise FleetError for the first act that is given less time than its flight takes at least; says how much."""
-    now: FloatArray | None = show.above
     earliest = (show.wait or 0.0) + least_seconds(show.home, show.above, show.limits)
-    for act in show.acts:
-        bound = 0.0 if now is None else least_seconds(now, _reached(act, show), show.limits)
+    _refuse_hasty(show.acts, show.above, earliest, show)
+
+
+def _refuse_hasty(
+    acts: Sequence[Act | Groups], now: FloatArray | None, earliest: float, show: Show, grouped: bool = False
+) -> float:
+    """Return when acts are over at the earliest that follow on places, or on unknown ones; see ``refuse_hasty``."""
+    for act in acts:
+        if isinstance(act, Groups):
+            earliest = max(_refuse_hasty(group.acts, now, earliest, show, True) for group in act.groups)
+            now = None
+            continue
+        reached = act.points if grouped else _reached(act, show)
+        bound = 0.0 if now is None else least_seconds(now, reached, show.limits)
         if act.seconds is not None and act.seconds < bound * (1.0 - EXACT):
             text = f"the flight to act {act.name!r} is to last {act.seconds:g} s, and no flight there takes less than"
             raise FleetError(f"{text} {bound:.2f} s within the limits: give it more seconds")
@@ -33,7 +46,8 @@ def refuse_hasty(show: Show) -> None:
             raise FleetError(f"{text}: give it later, or shorten what is before it")
         moves = sum(move.seconds or 0.0 for move in act.moves if isinstance(move, Move))
         earliest = (leaves if act.at is None else act.at) + act.hold + moves
-        now = None if act.moves else _reached(act, show)
+        now = None if act.moves else reached
+    return earliest
 
 
 def _reached(act: Act, show: Show) -> FloatArray:

@@ -51,7 +51,7 @@ class Picture:
 
 def pictures_of(show: Show) -> list[Picture]:
     """Return a picture of each act on arrival, in its first colours, and of an animation halfway."""
-    return [_picture(act) for act in show.acts]
+    return [_picture(act) for act in show.formations]
 
 
 def _picture(act: Act) -> Picture:

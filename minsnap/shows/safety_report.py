@@ -250,7 +250,10 @@ def _validation(held: FleetCertificate) -> Table:
 
 
 def _stages(report: SafetyReport) -> Table:
-    rows = [(s.name, f"{s.start:.2f}", f"{s.arrival:.2f}", f"{s.end:.2f}") for s in report.stages]
+    rows = [
+        (f"{s.group}: {s.name}" if s.group else s.name, f"{s.start:.2f}", f"{s.arrival:.2f}", f"{s.end:.2f}")
+        for s in report.stages
+    ]
     return Table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
 
 

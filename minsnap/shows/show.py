@@ -19,13 +19,12 @@ from minsnap.basics.storage.text import FileName
 from minsnap.errors import FleetError
 from minsnap.files.formats import Lights, worst_distance
 from minsnap.fleet import Fleet, Separation, assign
-from minsnap.shows.act_headings import Turned, with_headings
-from minsnap.shows.act_lights import Shown, lights_of_acts
 from minsnap.shows.act_moves import check_moves, curves_of_moves, of_vehicles, reach_of
-from minsnap.shows.acts import Act, Show
+from minsnap.shows.acts import Act, Groups, Show
 from minsnap.shows.file_limits import ROUNDED_KINDS
-from minsnap.shows.frame_animation import Animation
+from minsnap.shows.group_flights import fly_groups, refuse_near_ends
 from minsnap.shows.least_times import refuse_hasty
+from minsnap.shows.played_acts import PlayedAct, headed, lights_of
 from minsnap.shows.show_course import SKYBRUSH, ShowCourse, Told
 from minsnap.shows.site import Fence
 from minsnap.shows.skyc import ShowSheet
@@ -81,7 +80,7 @@ class FlownShow:
         """Return what a Skybrush show says of itself: a cue for each act, take-off, show and landing."""
         up, down, end = self.stages[0], self.stages[-1], self.stages[-1].end
         spans = {"takeoff": (0.0, up.end), "show": (up.end, down.start), "landing": (down.start, end)}
-        names = {act.name for act in show.acts}
+        names = {act.name for act in show.formations}
         cues = tuple((stage.arrival, stage.name) for stage in self.stages if stage.name in names)
         highest = None if show.room is None else float(show.room[1][2])
         segments = {name: span for name, span in spans.items() if span[1] > span[0]}
@@ -121,26 +120,32 @@ def fly(
     """
     show.check()
     refuse_hasty(show)
-    moves = [curves_of_moves(act, show) for act in show.acts]
-    asked, show = show, _prepared(show, to, max(show.reach, reach_of(moves)))
+    moves = {act: curves_of_moves(act, show) for act in show.formations}
+    asked, show = show, _prepared(show, to, max(show.reach, reach_of(list(moves.values()))))
     reserves = show.home[show.flying :]
     show = replace(show, home=show.home[: show.flying])
-    for act, flown in zip(show.acts, moves, strict=True):
-        check_moves(act, flown, show)
+    for each, motion in moves.items():
+        check_moves(each, motion, show)
+    for act in show.acts:
+        if isinstance(act, Groups):
+            refuse_near_ends(act, moves, show)
     course = ShowCourse(show, kept, progress, told, show.home, to)
     course.refuse_long(show.acts)
     course.climb("take-off")
-    orders, numbers = [], []
+    flown: list[tuple[PlayedAct, int]] = []
     for number, act in enumerate(show.acts):
         course.refuse_long(show.acts[number:])
+        first = len(course.flights)
+        if isinstance(act, Groups):
+            flown += [(own, first) for own in fly_groups(course, act, moves, reserves, progress)]
+            continue
         order, goals = _places(show, course.now, act, progress)
         delays = None if act.delays is None else np.where(order >= 0, act.delays[order], 0.0)
         course.fly(act.name, goals, None, act.hold, GivenTime(act.at, act.seconds), delays)
-        orders.append(order)
-        numbers.append(len(course.flights) - 1)
-        for moved in moves[number]:
+        for moved in moves[act]:
             curves = of_vehicles(moved, order, course.now, reserves, show.separation, act.name)
             course.add(f"{act.name} moves", curves, "move")
+        flown.append((PlayedAct(act, order), first))
     course.refuse_long(())
     if show.return_home:
         order = _return(show, course.now, progress)
@@ -150,8 +155,10 @@ def fly(
         below = np.column_stack((course.now[:, :2], np.full(len(show.home), show.home[:, 2].min())))
         course.fly("landing", below, show.descent_speed)
     curves, stages = course.timeline()
-    spans = [stages[first : first + len(act.moves) + 1] for act, first in zip(show.acts, numbers, strict=True)]
-    curves, lights = _headed(curves, show, orders, spans), _lights(show, orders, spans, stages[-1].end)
+    played = [own.timed(stages[first:], course.flights[first]) for own, first in flown]
+    curves, lights = headed(curves, played, show.limits.yaw_rate), lights_of(played, len(curves), stages[-1].end)
+    pairs = zip(course.flights, stages, strict=True)
+    stages = [stage for flight, whole in pairs for stage in (flight.scaled(flight.inner, whole) or [whole])]
     end = max(curve.duration for curve in curves)
     curves += [Trajectory(np.tile(place, (1, 8, 1)), np.array([end])) for place in reserves]
     lights += [DARK] * len(reserves)
@@ -180,42 +187,6 @@ def _places(show: Show, now: FloatArray, act: Act, progress: bool) -> tuple[IntA
     own[free, free] = ways[:, count:][free, free] + worst  # as few wait as must
     _, chosen = linear_sum_assignment(np.concatenate((ways[:, :count], own), axis=1))
     return np.where(chosen < count, chosen, -1), points[chosen]
-
-
-def _lights(show: Show, orders: Sequence[IntArray], spans: Sequence[Sequence[Stage]], end: float) -> list[Lights]:
-    """Return the lights of each vehicle, from which point of each act it is at."""
-    lights = []
-    for points in np.transpose(orders).tolist() if orders else [[]] * len(show.home):
-        acts = [_shown(*each) for each in zip(show.acts, spans, points, strict=True)]
-        lights.append(lights_of_acts(acts, end))
-    return lights
-
-
-def _shown(act: Act, stages: Sequence[Stage], point: int) -> Shown:
-    """Return what a vehicle shows in an act, from the stages of its flight there and its moves."""
-    begins = (stages[0].start, stages[0].arrival, stages[-1].end, point, act.changes)
-    played = next((i for i, move in enumerate(act.moves) if isinstance(move, Animation)), None)
-    if played is None or act.changes:
-        return Shown(*begins)
-    move, stage = act.moves[played], stages[played + 1]
-    assert isinstance(move, Animation)
-    return Shown(*begins, move.lights(max(point, 0)), stage.start, (stage.arrival - stage.start) / move.duration)
-
-
-def _headed(
-    curves: list[Trajectory], show: Show, orders: Sequence[IntArray], spans: Sequence[Sequence[Stage]]
-) -> list[Trajectory]:
-    """Return the curves with the headings of acts, where any has one; those without a point keep theirs."""
-    turns: list[list[Turned]] = [[] for _ in curves]
-    for act, order, stages in zip(show.acts, orders, spans, strict=True):
-        if act.yaw is None:
-            continue
-        angles = np.broadcast_to(np.asarray(act.yaw, dtype=np.float64), (len(act.points),))
-        for vehicle, point in enumerate(order.tolist()):
-            turns[vehicle] += [] if point < 0 else [Turned(stages[0], float(angles[point]))]
-    if not any(turns):
-        return curves
-    return [with_headings(curve, own, show.limits.yaw_rate) for curve, own in zip(curves, turns, strict=True)]
 
 
 def _prepared(show: Show, to: str, reach: float) -> Show:

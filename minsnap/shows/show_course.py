@@ -23,14 +23,25 @@ from minsnap.basics.storage.text import FileName, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors import Room
 from minsnap.errors import FileError, MinsnapError, TimingError, UnprovedError
-from minsnap.fleet import Fleet, certify_fleet, plan_fleet
+from minsnap.fleet import Fleet, Separation, certify_fleet, plan_fleet
 from minsnap.limits import Limits
-from minsnap.shows.acts import Act, Show
+from minsnap.shows.acts import Act, Groups, Show
 from minsnap.shows.climb_turns import backwards
 from minsnap.shows.crazyswarm_folder import refuse_long
 from minsnap.shows.file_limits import ROUNDED_KINDS, SLOWING, played, stretches
 from minsnap.shows.firmware_take_off import late_by
-from minsnap.shows.timeline import UNTIMED, GivenTime, PlannedFlight, Stage, delayed, stages_of, timed
+from minsnap.shows.timeline import (
+    UNTIMED,
+    GivenTime,
+    PlannedFlight,
+    Stage,
+    delayed,
+    joined,
+    slower,
+    stages_of,
+    timed,
+    waiting,
+)
 from minsnap.trajectory import Trajectory
 
 SKYBRUSH = ("skyb", "skyc")
@@ -51,17 +62,28 @@ class FlightTask:
     room : Room
     delays : ndarray, shape (vehicles,), or None
         How long after the first each leaves [s].
+    early : ndarray, shape (vehicles,), or None
+        How long before the last each arrives [s].
+    beside : tuple of Trajectory
+        What others fly meanwhile.
     """
 
     ways: FloatArray
     limits: Limits
     room: Room
     delays: FloatArray | None = None
+    early: FloatArray | None = None
+    beside: tuple[Trajectory, ...] = ()
 
     @property
-    def late(self) -> float:
-        """How long after the first the last one leaves [s]."""
-        return 0.0 if self.delays is None else float(self.delays.max())
+    def late(self) -> FloatArray:
+        """How long after the first each leaves, and before the last it arrives, shape (vehicles, 2) [s]."""
+        none = np.zeros(len(self.ways))
+        return np.column_stack([none if each is None else each for each in (self.delays, self.early)])
+
+    def is_apart(self, curves: Sequence[Trajectory], separation: Separation) -> bool:
+        """Whether curves are apart from each other, and from those of others."""
+        return certify_fleet([*curves, *self.beside], separation).ok
 
 
 @dataclass(eq=False)
@@ -85,7 +107,7 @@ class ShowCourse:
 
     def __post_init__(self) -> None:
         self.waits = self.show.wait or 0.0
-        self._clocked = any(act.at is not None for act in self.show.acts)
+        self._clocked = any(act.at is not None for act in self.show.formations)
 
     def fly(
         self,
@@ -97,17 +119,27 @@ class ShowCourse:
         delays: FloatArray | None = None,
     ) -> None:
         """Fly to goals, shape (vehicles, 3), up and down no faster than that [m/s], and hold; see ``add``."""
-        limits = self._vertical(vertical)
-        task = FlightTask(np.stack([self.now, goals], axis=1), limits, self._room(goals), delays)
-        if given.at is not None:
-            self._settle_wait()
-        lasts = given.lasts(given.begins(self._clock(name, given)))
+        task = self.task(self.now, goals, vertical, delays)
+        lasts = given.lasts(self.begins(name, given))
         try:
             curves, method = self._flight(name, task, lasts, given)
         except MinsnapError as error:
             error.args = (f"the flight to {name}: {error}",)
             raise
         self.add(name, curves, method, hold, given)
+
+    def task(
+        self, now: FloatArray, goals: FloatArray, vertical: float | None = None, delays: FloatArray | None = None
+    ) -> FlightTask:
+        """Return the question of a flight from places to goals, (vehicles, 3) [m], up and down no faster than that."""
+        return FlightTask(np.stack([now, goals], axis=1), self._vertical(vertical), self._room(now, goals), delays)
+
+    def begins(self, name: str, given: GivenTime) -> float:
+        """Return when the next flight begins [s]; a FleetError says where its own time is before that."""
+        if given.at is not None:
+            self.settle_wait()
+        whole = [*self.flights, PlannedFlight(name, [], "", 0.0, given)]
+        return stages_of(whole, np.array([*self.stretched, 1.0]), self.waits)[-1].start
 
     def climb(self, name: str) -> None:
         """Climb straight from home, at once or in turn."""
@@ -140,12 +172,6 @@ class ShowCourse:
         limits = self.show.flown_limits
         return limits if speed is None else replace(limits, vertical_speed=min(speed, limits.vertical_speed or inf))
 
-    def _clock(self, name: str, given: GivenTime) -> float:
-        """Return when a flight can begin [s]; a FleetError says where its own time is before that."""
-        whole = [*self.flights, PlannedFlight(name, [], "", 0.0, given)]
-        stages = stages_of(whole, np.array([*self.stretched, 1.0]), self.waits)
-        return stages[-2].end if self.flights else self.waits
-
     def _flight(
         self, name: str, task: FlightTask, lasts: float | None, given: GivenTime
     ) -> tuple[list[Trajectory], str]:
@@ -156,10 +182,10 @@ class ShowCourse:
             return self._kept(task, None)
         with suppress(TimingError, UnprovedError):
             curves, method = self._kept(task, lasts)
-            if self._slowing(curves) == 1.0:
+            if self.slowing(curves) == 1.0:
                 return curves, method
         curves, method = self._kept(task, None)
-        shortest = max(curve.duration for curve in curves) * self._slowing(curves)
+        shortest = max(curve.duration for curve in curves) * self.slowing(curves)
         if shortest > lasts * (1.0 + EXACT):
             raise too_short(name, given, lasts, shortest)
         return curves, f"{method}, slower"
@@ -178,27 +204,81 @@ class ShowCourse:
             _store(file, list(fleet))
         return list(fleet), report.method if report else ""
 
+    def beside(
+        self, name: str, task: FlightTask, lasts: float | None, given: GivenTime, begins: float, more: float = 1.0
+    ) -> tuple[list[Trajectory], str]:
+        """Return the curves of a flight beside what others fly, as files can hold them from an instant on [s].
+
+        They take a time [s], or ``more`` times the shortest.
+
+        Raises
+        ------
+        UnprovedError
+            If none are found.
+        """
+        if lasts is not None:
+            return self._beside_in(name, task, lasts, given, begins)
+        curves, method = self._kept(task, None)
+        for _ in range(SLOWING.rounds):
+            factor = self.slowing(curves, begins)
+            if factor == more == 1.0:
+                return curves, method
+            factor, more = (factor, more) if factor > 1.0 else (more, 1.0)
+            needed = factor * max(curve.duration for curve in curves)
+            curves = slower(curves, factor)
+            if not task.is_apart(curves, self.show.separation.aloft):
+                curves, method = self._kept(task, needed)
+        raise too_short(name, given, max(curve.duration for curve in curves), needed)
+
+    def _beside_in(
+        self, name: str, task: FlightTask, lasts: float, given: GivenTime, begins: float
+    ) -> tuple[list[Trajectory], str]:
+        """Return the curves of a flight beside what others fly, planned for a time [s], or the shortest, slower."""
+        try:
+            curves, method = self._kept(task, lasts)
+            factor = self.slowing(curves, begins)
+            if factor == 1.0:
+                return curves, method
+            failed: MinsnapError = too_short(name, given, lasts, factor * lasts)
+        except (TimingError, UnprovedError) as error:
+            failed = error
+        curves, method = self._kept(replace(task, early=None), None)
+        shortest = max(curve.duration for curve in curves)
+        needed = shortest * self.slowing(curves, begins)
+        if needed > lasts * (1.0 + EXACT):
+            raise too_short(name, given, lasts, needed) from None
+        curves = slower(curves, lasts / shortest)
+        if not task.late.any() and task.is_apart(curves, self.show.separation.aloft):
+            return curves, f"{method}, slower"
+        raise failed
+
     def _planned(self, task: FlightTask, lasts: float | None) -> Fleet:
         show = self.show
         question = partial(
-            plan_fleet,
-            task.ways,
-            task.limits,
-            show.separation.aloft,
-            room=task.room,
-            seed=show.seed,
-            progress=self.progress,
+            plan_fleet, limits=task.limits, separation=show.separation.aloft, room=task.room, seed=show.seed
         )
-        if task.delays is None:
-            return self._fenced(question, total_time=lasts)
-        if lasts is not None and lasts <= task.late:
-            raise TimingError(f"the last vehicle leaves after {task.late:g} s, and the flight lasts {lasts:g} s")
-        together = question(total_time=None if lasts is None else lasts - task.late)
-        fleet = Fleet(tuple(delayed(list(together), task.delays)), report=together.report)
-        inside = show.fence is None or show.fence.margin_of(fleet) >= -EXACT
-        if inside and certify_fleet(fleet, show.separation.aloft, room=task.room).ok:
-            return fleet
-        return self._fenced(question, total_time=lasts, holds=[(delay, 0.0) for delay in task.delays])
+        question = partial(question, progress=self.progress)
+        if not (task.late.any() or task.beside):
+            return self._fenced(question, waypoints=task.ways, total_time=lasts)
+        spent = float(task.late.sum(axis=1).max())
+        if lasts is not None and lasts <= spent:
+            raise TimingError(f"of {lasts:g} s {spent:g} s are waits before it and after it")
+        if task.early is None:
+            with suppress(UnprovedError):
+                alone = self._alone(partial(question, waypoints=task.ways), task, lasts)
+                inside = show.fence is None or show.fence.margin_of(alone) >= -EXACT
+                if inside and task.is_apart(alone, show.separation.aloft):
+                    return alone
+        whole = partial(question, waypoints=task.ways, fixed=task.beside or None, total_time=lasts)
+        planned = self._fenced(whole, holds=list(task.late) if task.late.any() else None)
+        return Fleet(planned[: len(task.ways)], report=planned.report)
+
+    def _alone(self, question: Callable[..., Fleet], task: FlightTask, lasts: float | None) -> Fleet:
+        """Return curves as if nobody flew beside, those that leave late as if they did not."""
+        late = float(task.late[:, 0].max())
+        together = question(total_time=None if lasts is None else lasts - late)
+        curves = delayed(list(together), task.late[:, 0], together.duration + late)
+        return Fleet(tuple(curves), report=together.report)
 
     def _fenced(self, question: Callable[..., Fleet], **how: Any) -> Fleet:
         """Return a fleet that is inside of the fence: straight lines are, others may need its walls as obstacles."""
@@ -211,49 +291,68 @@ class ShowCourse:
             raise UnprovedError(f"the curves found are {beyond:.3g} m beyond a margin of the fence: give it more room")
         return fleet
 
-    def _slowing(self, curves: list[Trajectory]) -> float:
-        """Return by how much curves of one flight are to be stretched so that their files keep the limits."""
+    def slowing(self, curves: list[Trajectory], begins: float = 0.0) -> float:
+        """Return by how much curves of one flight, after a wait [s], are to be stretched so that files keep limits."""
         factor = 1.0
         for _ in range(SLOWING.rounds if self.to in ROUNDED_KINDS and curves else 0):
-            held = Fleet(tuple(played(_slower(curve, factor), self.to) for curve in curves))
+            whole = [joined([*waiting(curve(0.0), begins), curve]) for curve in slower(curves, factor)]
+            held = Fleet(tuple(played(curve, self.to) for curve in whole))
             more = float(stretches(held, [(0.0, held.duration)], self.show.limits)[0])
             if more == 1.0:
                 break
             factor *= more
         return factor
 
-    def refuse_long(self, acts: Sequence[Act]) -> None:
+    def refuse_long(self, acts: Sequence[Act | Groups]) -> None:
         """Refuse too many pieces for crazyswarm2: those that are planned, and the least for these acts and landing."""
         if self.to != "crazyswarm2":
             return
         counts = [max((len(curve.durations) for curve in flight.curves), default=0) for flight in self.flights]
         planned = sum(counts) + sum(flight.hold > 0.0 for flight in self.flights)
-        held = sum((act.hold > 0.0) + len(act.moves) for act in acts) + 2 * (self.show.take_off > 0.0)
+        held = sum(map(_least_pieces, acts)) + 2 * (self.show.take_off > 0.0)
         last = f", of which {planned} are planned up to {self.flights[-1].name}," if self.flights else ", at least,"
         refuse_long(planned + held, last)
 
-    def _room(self, goals: FloatArray) -> Room:
+    def _room(self, now: FloatArray, goals: FloatArray) -> Room:
         """Return the room of a flight: nobody goes around another below its lowest point and the end of the climb."""
         lower, upper = self.show.room or (np.full(3, -np.inf), np.full(3, np.inf))
-        floor = min(float(places[:, 2].min()) for places in (self.now, goals, self.show.above))
+        floor = min(float(places[:, 2].min()) for places in (now, goals, self.show.above))
         return Room(np.maximum(lower, (-np.inf, -np.inf, floor)), upper)
 
     def _key(self, task: FlightTask, lasts: float | None) -> str:
         """Return a name of the question of a flight."""
         corners = [corner.tolist() for corner in (task.room.lower, task.room.upper)]
         delays = None if task.delays is None else task.delays.tolist()
+        others = [(curve.control_points.tolist(), curve.durations.tolist()) for curve in task.beside]
+        beside = [] if task.early is None and not others else [task.late.tolist(), others]
         plain = self.show.separation.aloft.plain.values()
         fence = None if self.show.fence is None else [each.tolist() for each in vars(self.show.fence).values()]
-        question = (task.ways.tolist(), repr(task.limits), *plain, corners, self.show.seed, lasts, delays, fence)
+        question = (
+            task.ways.tolist(),
+            repr(task.limits),
+            *plain,
+            corners,
+            self.show.seed,
+            lasts,
+            delays,
+            fence,
+            *beside,
+        )
         return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
 
     def add(
-        self, name: str, curves: list[Trajectory], method: str, hold: float = 0.0, given: GivenTime = UNTIMED
+        self,
+        name: str,
+        curves: list[Trajectory],
+        method: str,
+        hold: float = 0.0,
+        given: GivenTime = UNTIMED,
+        inner: Sequence[Stage] = (),
     ) -> None:
         """Fly and hold; without curves all stay where they are."""
         self.now = np.stack([curve.control_points[-1, -1] for curve in curves]) if curves else self.now
-        self.flights.append(PlannedFlight(name, curves, method, hold, given))
-        self.stretched.append(self._slowing(curves) if given == UNTIMED and self._clocked else 1.0)
+        self.flights.append(PlannedFlight(name, curves, method, hold, given, tuple(inner)))
+        self.stretched.append(self.slowing(curves) if given == UNTIMED and self._clocked else 1.0)
         self.tell(f"{name}: {self.flights[-1].duration:.2f} s ({method})")
 
     def tell(self, sentence: str) -> None:
@@ -261,7 +360,7 @@ class ShowCourse:
         if self.told is not None:
             self.told(sentence)
 
-    def _settle_wait(self) -> None:
+    def settle_wait(self) -> None:
         """Wait on the ground for as long as Skybrush's firmware needs for what is flown so far."""
         if self.to not in SKYBRUSH or self.show.wait is not None or not any(flight.curves for flight in self.flights):
             return
@@ -281,7 +380,7 @@ class ShowCourse:
             If the files do not keep them in the time that a flight is given.
         """
         self.stretched = [1.0] * len(self.flights)
-        self._settle_wait()
+        self.settle_wait()
         if self.waits != (self.show.wait or 0.0):
             self.tell(f"take-off: after {self.waits:g} s on the ground, as Skybrush's firmware climbs before the curve")
         curves, stages = self._timed()
@@ -293,7 +392,7 @@ class ShowCourse:
             for flight, stage, factor in zip(self.flights, stages, more.tolist(), strict=True):
                 if factor > 1.0 and flight.given != UNTIMED:
                     lasts = stage.arrival - stage.start
-                    raise too_short(flight.name, flight.given, lasts, factor * lasts)
+                    raise too_short(flight.name, flight.given, lasts, factor * lasts, bool(flight.inner))
             self.stretched = (np.array(self.stretched) * more).tolist()
             curves, stages = self._timed()
         for flight, factor in zip(self.flights, self.stretched, strict=True):
@@ -303,19 +402,24 @@ class ShowCourse:
         return curves, stages
 
 
-def too_short(name: str, given: GivenTime, lasts: float, needed: float) -> UnprovedError:
+def _least_pieces(act: Act | Groups) -> int:
+    """Return how many pieces what follows on the flight to an act takes at least."""
+    if isinstance(act, Groups):
+        return max(sum(map(_least_pieces, group.acts)) for group in act.groups)
+    return (act.hold > 0.0) + len(act.moves)
+
+
+def too_short(name: str, given: GivenTime, lasts: float, needed: float, grouped: bool = False) -> UnprovedError:
     """Say that a flight does not fit into its time [s], and which time the shortest that was found takes."""
     if given.at is not None and given.seconds is None:
         later = ceil(100.0 * (given.at + needed - lasts)) / 100.0
         text = f"at {given.at:g} s, {lasts:.2f} s are left for it, and the shortest found takes {needed:.2f} s"
         return UnprovedError(f"{text}: give {name!r} at: {later:.2f} or later, or shorten what is before it")
     longer = ceil(100.0 * needed) / 100.0
-    text = f"it is to last {lasts:g} s, and the shortest found takes {needed:.2f} s"
+    text = f"it is to last {lasts:.4g} s, and the shortest found takes {needed:.2f} s"
+    if given.at is not None and grouped:
+        return UnprovedError(f"{text}: give acts of {name!r} that have seconds, or are at instants, more time")
     return UnprovedError(f"{text}: give {name!r} seconds: {longer:.2f} or more")
-
-
-def _slower(curve: Trajectory, factor: float) -> Trajectory:
-    return Trajectory(curve.control_points, curve.durations * factor)
 
 
 def _stored(file: Path, ways: FloatArray) -> list[Trajectory]:

@@ -17,7 +17,7 @@ from minsnap.errors import FileError
 from minsnap.files import LIMITS, limits_of, read_waypoints
 from minsnap.fleet import Separation
 from minsnap.shows.act_lights import Colour, Gradient, LightChange
-from minsnap.shows.acts import Act, Show
+from minsnap.shows.acts import Act, Group, Groups, Show
 from minsnap.shows.csv_show import read_frames
 from minsnap.shows.energy import PowerModel
 from minsnap.shows.formations import LINES, circle, grid, mesh, relaxed, spacing_of, svg, text
@@ -120,6 +120,22 @@ ACT = mapping(
     },
     "a mapping of an act",
 )
+GROUP = mapping(
+    {
+        "name": Key(TEXT),
+        "vehicles": Key(WHOLE, "how many are in it", needed=True),
+        "acts": Key(several(ACT, "a list of acts", 1), "its own, one after the other", needed=True),
+    },
+    "a mapping of a group",
+)
+GROUPS = mapping(
+    {
+        "name": Key(TEXT),
+        "groups": Key(several(GROUP, "a list of groups", 1), "which fly at once, each its own acts", needed=True),
+    },
+    "a mapping of groups",
+    ("groups",),
+)
 TAKE_OFF = mapping(
     {
         "height": Key(NUMBER, "of the straight climb [m]"),
@@ -184,7 +200,7 @@ SHOW = mapping(
         "layers": Key(WHOLE, "in how many heights the climb ends, from 1 to 100"),
         "land": Key(either(word("own", "any"), LAND), "each at its own home, or at any, or how they land"),
         "return_home": Key(FLAG, "all fly home before they land, else below the last act; true unless given"),
-        "acts": Key(several(ACT, "a list of acts", 1), needed=True),
+        "acts": Key(several(either(GROUPS, ACT), "a list of acts", 1), needed=True),
         "seed": Key(WHOLE),
     },
     "a mapping with acts",
@@ -221,7 +237,8 @@ def read_show(path: FileName) -> Show:
         return Show(
             _home(content["home"], content["vehicles"], place, origin),
             tuple(
-                _act(entry, f"act {i}", content["vehicles"], place, apart) for i, entry in enumerate(content["acts"], 1)
+                (_groups if "groups" in entry else _act)(entry, f"act {i}", content["vehicles"], place, apart)
+                for i, entry in enumerate(content["acts"], 1)
             ),
             apart,
             limits_of("limits", limits, place),
@@ -265,6 +282,18 @@ def _mapped(content: Any, key: str) -> dict[str, Any]:
 def _named(content: dict[str, Any], *names: str) -> dict[str, Any]:
     """Return those of some entries that are there; the others have their defaults in the class that takes them."""
     return {name: content[name] for name in names if content.get(name) is not None}
+
+
+def _groups(content: dict[str, Any], where: str, vehicles: int, place: Path, apart: Separation) -> Groups:
+    groups = []
+    for number, entry in enumerate(content["groups"], 1):
+        name, count = entry.get("name", f"group {number}"), entry["vehicles"]
+        if not 1 <= count <= vehicles:
+            raise FileError(f"{name} of {where} has {count} vehicles: give a number from 1 to {vehicles}")
+        each = enumerate(entry["acts"], 1)
+        acts = tuple(_act(own, f"act {i} of {name} of {where}", count, place, apart) for i, own in each)
+        groups.append(Group(name, acts))
+    return Groups(content.get("name", where), tuple(groups))
 
 
 def _act(content: dict[str, Any], where: str, vehicles: int, place: Path, apart: Separation) -> Act:

@@ -25,6 +25,8 @@ class Stage:
         [s].
     method : str
         How it was planned, or ``"kept"`` from an earlier run.
+    group : str
+        Which group flies it; empty for all.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Stage:
     arrival: float
     end: float
     method: str
+    group: str = ""
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,17 @@ class GivenTime:
         """Return how long a flight lasts that begins then [s]; None where nothing says it."""
         return self.at - begins if self.at is not None else self.seconds
 
+    def checked(self, name: str, now: float) -> float:
+        """Return when a flight begins that can begin now [s]; a FleetError says where that, or its end, is before."""
+        begins = self.begins(now)
+        lasts = self.lasts(begins)
+        if begins < now - EXACT or (lasts is not None and lasts < 0.0):
+            raise FleetError(
+                f"{name!r} is at {self.at:g} s, for which its flight would have to begin before "
+                f"{now:.4g} s, when what is before it ends: give it later, or shorter holds"
+            )
+        return begins
+
 
 UNTIMED = GivenTime()
 
@@ -77,6 +91,8 @@ class PlannedFlight:
         How long all stay after it [s].
     given : GivenTime
         What is said of its time.
+    inner : tuple of Stage
+        Those of groups, whose times count from its start.
     """
 
     name: str
@@ -84,11 +100,21 @@ class PlannedFlight:
     method: str
     hold: float
     given: GivenTime = UNTIMED
+    inner: tuple[Stage, ...] = ()
 
     @property
     def duration(self) -> float:
         """Until the last vehicle arrives [s]."""
         return max((curve.duration for curve in self.curves), default=0.0)
+
+    def scaled(self, inner: Sequence[Stage], whole: Stage) -> list[Stage]:
+        """Return inner stages with their times in the show, of which the flight is a whole stage."""
+        factor = (whole.arrival - whole.start) / self.duration if inner else 1.0
+
+        def at(t: float) -> float:
+            return whole.start + factor * t
+
+        return [replace(each, start=at(each.start), arrival=at(each.arrival), end=at(each.end)) for each in inner]
 
 
 def stages_of(flights: Sequence[PlannedFlight], stretches: FloatArray, wait: float) -> list[Stage]:
@@ -101,14 +127,8 @@ def stages_of(flights: Sequence[PlannedFlight], stretches: FloatArray, wait: flo
     """
     stages: list[Stage] = []
     for flight, stretch in zip(flights, stretches.tolist(), strict=True):
-        now = stages[-1].end if stages else wait
-        begins = flight.given.begins(now)
+        begins = flight.given.checked(flight.name, stages[-1].end if stages else wait)
         lasts = flight.given.lasts(begins)
-        if begins < now - EXACT or (lasts is not None and lasts < 0.0):
-            raise FleetError(
-                f"{flight.name!r} is at {flight.given.at:g} s, for which its flight would have to begin before "
-                f"{now:.4g} s, when what is before it ends: give it later, or shorter holds"
-            )
         if stages:
             stages[-1] = replace(stages[-1], end=begins)
         arrival = begins + (stretch * flight.duration if lasts is None else lasts)
@@ -121,37 +141,38 @@ def timed(
 ) -> tuple[list[Trajectory], list[Stage]]:
     """Return the curve of each vehicle and the stages, after a wait at home [s], shape (vehicles, 3)."""
     stages = stages_of(flights, stretches, wait)
-    parts, now = [_wait(place, stages[0].start if stages else wait) for place in home], home
+    parts, now = [waiting(place, stages[0].start if stages else wait) for place in home], home
     for flight, stretch, stage in zip(flights, stretches.tolist(), stages, strict=True):
         lasts = stage.arrival - stage.start
         factor = stretch if flight.given == UNTIMED or not flight.curves else lasts / flight.duration
-        curves = [curve if factor == 1.0 else _stretched(curve, factor) for curve in flight.curves]
+        curves = slower(flight.curves, factor)
         now = np.stack([curve.control_points[-1, -1] for curve in curves]) if curves else now
         for i, (part, goal) in enumerate(zip(parts, now, strict=True)):
             flown = curves[i : i + 1]
             left = stage.end - stage.start - sum(curve.duration for curve in flown)
-            part.extend([*flown, *_wait(goal, left)])
-    return [_joined(part) for part in parts], stages
+            part.extend([*flown, *waiting(goal, left)])
+    return [joined(part) for part in parts], stages
 
 
-def _stretched(curve: Trajectory, factor: float) -> Trajectory:
-    return Trajectory(curve.control_points, curve.durations * factor)
+def slower(curves: Sequence[Trajectory], factor: float) -> list[Trajectory]:
+    """Return curves that last so many times as long."""
+    return list(curves) if factor == 1.0 else [Trajectory(c.control_points, c.durations * factor) for c in curves]
 
 
-def _wait(point: FloatArray, duration: float) -> list[Trajectory]:
+def waiting(point: FloatArray, duration: float) -> list[Trajectory]:
+    """Return a curve that stays at a point, shape (3,), for so long [s]; none for no time."""
     return [Trajectory(np.tile(point, (1, 8, 1)), np.array([duration]))] if duration > 1e-9 else []
 
 
-def delayed(curves: Sequence[Trajectory], delays: FloatArray) -> list[Trajectory]:
-    """Return curves each of which begins so long after the first, shape (vehicles,) [s]; all wait for the last."""
-    late = float(delays.max())
+def delayed(curves: Sequence[Trajectory], delays: FloatArray, lasts: float) -> list[Trajectory]:
+    """Return curves each of which begins so long after the first, shape (vehicles,), and waits at its end [s]."""
     return [
-        _joined([*_wait(curve(0.0), delay), curve, *_wait(curve(curve.duration), late - delay)])
+        joined([*waiting(curve(0.0), delay), curve, *waiting(curve(curve.duration), lasts - delay - curve.duration)])
         for curve, delay in zip(curves, delays.tolist(), strict=True)
     ]
 
 
-def _joined(parts: list[Trajectory]) -> Trajectory:
+def joined(parts: Sequence[Trajectory]) -> Trajectory:
     """Return curves one after the other; all rest where they meet."""
     if not parts:
         raise FleetError("nothing moves in this show: give it a climb, or acts")
