@@ -212,7 +212,8 @@ def _compile(compiler: list[str], source: Path, folder: Path) -> Path:
     import time
 
     began = time.monotonic()
-    made = folder / f"{source.stem}.o"
+    made = folder / source.relative_to(SOURCES).with_suffix(".o")
+    made.parent.mkdir(parents=True, exist_ok=True)
     own = ["-O2"] if source.name in RARE else []
     _run([*compiler, *flags(*own), f"-I{SOURCES}", f"-I{INCLUDE}", "-c", str(source), "-o", str(made)], folder)
     _say(f"compiled {source.relative_to(SOURCES)} in {time.monotonic() - began:.0f} s")

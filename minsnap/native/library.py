@@ -17,7 +17,7 @@ How to add an area ``xyz``:
        status = Status(_SOLVE(len(a), address(a), address(b)))  # UNSUPPORTED where the Python core has to answer
 
    Arrays must be C-contiguous float64; ``address`` refuses others. More than a few arguments are a ``Record``: a struct
-   as in ``src/basics/border.hpp``, listed in ``border_fields.hpp`` and named in ``records.py``.
+   as in ``src/basics/border.hpp``, listed in ``src/basics/library.cpp`` and named in ``records.py``.
 3. A change of the arguments of an entry point raises ``ABI`` here and in ``include/minsnap.h``.
 """
 
@@ -41,7 +41,7 @@ KINDS = "dlqLQiIB?"
 FEW = 1 << 14
 """Bytes that are copied faster than the address of an array is read."""
 
-ABI = 22
+ABI = 23
 """What ``minsnap_abi`` of a matching library returns."""
 
 CHOICES = ("auto", "native", "python")

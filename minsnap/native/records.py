@@ -1,16 +1,17 @@
-"""The structs that entry points take, laid out as the library tells by its list ``src/basics/border_fields.hpp``."""
+"""The structs that entry points take, laid out by the text that C++ declares them with (``src/basics/record.hpp``)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int32, c_int64, c_void_p
+import re
+from collections.abc import Iterator, Mapping
+from ctypes import CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int32, c_int64, c_void_p, sizeof
 from functools import cache
 from threading import RLock
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from minsnap.native.library import loaded
+from minsnap.native.library import NativeCoreError, loaded
 
 R = TypeVar("R", bound="Record")
 
@@ -19,6 +20,12 @@ POLL = CFUNCTYPE(c_int64, c_void_p)
 
 NUMBERS = {"float64": c_double, "int32": c_int32, "int64": c_int64, "poll": POLL, "context": c_void_p}
 """Kinds of fields that hold neither arrays nor records."""
+
+NAMES = {"double": "float64", "Integer": "int64", "Obstacle": "float64", "Poll": "poll", "void*": "context"}
+"""Kinds by what C++ calls them, beside ``std::int64_t`` and the like."""
+
+FIELDS = re.compile(r"(?:const |volatile )?(?:std::)?(\w+?)(?:_t)? ([^;]+);")
+"""What fields of one declaration hold, and their names."""
 
 
 class Record(Structure):
@@ -80,14 +87,26 @@ class Record(Structure):
 @cache
 def border() -> dict[str, dict[str, str]]:
     """Return what the fields of all records hold in the library, by record and name; nothing where there is none."""
-    library, names = loaded().library, (c_char_p * 3)()
-    records: dict[str, dict[str, str]] = {}
-    index = 0
-    while library is not None and library.minsnap_border_field(c_int64(index), names) == 0:
-        record, name, kind = (text.decode() for text in names if text is not None)
-        records.setdefault(record, {})[name] = kind
-        index += 1
+    return {name: dict(_fields(text)) for name, (text, _) in _told().items()}
+
+
+@cache
+def _told() -> dict[str, tuple[str, int]]:
+    """Return the text and the size of every record, as the library tells them."""
+    library, texts, size = loaded().library, (c_char_p * 2)(), c_int64()
+    records: dict[str, tuple[str, int]] = {}
+    while library is not None and library.minsnap_record(c_int64(len(records)), texts, byref(size)) == 0:
+        name, text = (text.decode() for text in texts if text is not None)
+        records[name] = text, size.value
     return records
+
+
+def _fields(text: str) -> Iterator[tuple[str, str]]:
+    """Yield the name and kind of each field of ``{ const double *start, *end; ... }``; arrays end with a star."""
+    for kind, names in FIELDS.findall(text):
+        for name in names.split(","):
+            held = kind + "*" * name.count("*")
+            yield name.strip("* "), NAMES.get(held) or NAMES.get(kind, kind) + held[len(kind) :]
 
 
 @cache
@@ -106,7 +125,15 @@ def _lay_out(record: type[Record]) -> None:
             known = {name: _field(kind) for name, kind in border().get(record.__name__, {}).items()}
             if "_fields_" not in vars(record):
                 record._fields_ = [(name, kind) for name, (kind, _) in known.items()]
+            _compare_sizes(record)
             record.takes = {name: taken for name, (_, taken) in known.items()}
+
+
+def _compare_sizes(record: type[Record]) -> None:
+    _, size = _told().get(record.__name__, ("", sizeof(record)))
+    if sizeof(record) != size:
+        where = f"{record.__name__} has {size} bytes in the library and {sizeof(record)} here"
+        raise NativeCoreError(f"{where}: compile the native core anew with 'python -m minsnap.native.build'")
 
 
 def _field(kind: str) -> tuple[Any, Any]:

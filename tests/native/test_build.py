@@ -1,5 +1,6 @@
 """The build: compilers found, missing and failing; what an installation does with each."""
 
+import ctypes
 import importlib.machinery
 import os
 import shutil
@@ -114,6 +115,17 @@ def test_a_library_that_may_have_warnings_is_compiled_anew_where_there_must_be_n
     assert build.build() and not build.build()
     monkeypatch.delenv("MINSNAP_CXXFLAGS")
     assert not build.build()
+
+
+def test_sources_of_equal_names_in_two_folders_are_both_compiled(sources, tmp_path):
+    compiler_or_skip()
+    for folder in ("one", "two"):
+        (build.SOURCES / folder).mkdir()
+        source = f'extern "C" __attribute__((visibility("default"))) int minsnap_{folder}() {{ return 7; }}\n'
+        (build.SOURCES / folder / "same.cpp").write_text(source, encoding="utf-8")
+    assert build.main(["--output", str(tmp_path / "core.bin")]) == 0
+    library = ctypes.CDLL(str(tmp_path / "core.bin"))
+    assert library.minsnap_one() == library.minsnap_two() == 7
 
 
 def test_a_broken_source_fails_and_leaves_no_stale_library(sources, capsys):

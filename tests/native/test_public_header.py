@@ -187,7 +187,7 @@ def test_every_field_has_a_comment_and_stands_where_ctypes_puts_it(tmp_path):
     assert len(own) > 40 and printed.splitlines() == own
 
 
-@pytest.mark.parametrize("program", ["plans.cpp", "bad_input.cpp", "from_c.c"])
+@pytest.mark.parametrize("program", ["plans.cpp", "bad_input.cpp", "warm.cpp", "from_c.c"])
 def test_programs_that_know_the_header_alone(tmp_path, program):
     made = build(TESTS / program, tmp_path / "program", *link_flags())
     run = subprocess.run([made, TESTS / "digests.txt"], capture_output=True, text=True, check=False)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from minsnap.native import library, records
-from minsnap.native.library import address
+from minsnap.native.library import NativeCoreError, address
 from minsnap.native.records import (
     CorridorRecord,
     ManyRecord,
@@ -42,6 +42,30 @@ def test_fields_hold_what_the_header_declares():
     assert kinds.items() <= records.border()["CorridorRecord"].items()
     assert records.border()["StopRecord"]["cones"] == "WallsRecord*"
     assert records.border()["ChainRecord"]["masks"] == "uint32*"
+
+
+@native
+def test_the_text_of_a_declaration_is_read_as_the_compiler_reads_it():
+    text = "{ std::int64_t one, two; const double *points, *ends, share; "
+    text += "volatile std::int32_t *stop; Poll poll; void *context; }"
+    kinds = {
+        "one": "int64",
+        "two": "int64",
+        "points": "float64*",
+        "ends": "float64*",
+        "share": "float64",
+        "stop": "int32*",
+    }
+    assert dict(records._fields(text)) == kinds | {"poll": "poll", "context": "context"}
+
+
+@native
+def test_a_struct_of_another_size_than_the_library_s_is_refused(monkeypatch):
+    texts = {"Shorter": ("{ std::int64_t one; double two; }", 24)}
+    monkeypatch.setattr(records, "_told", lambda: texts)
+    monkeypatch.setattr(records, "border", lambda: {"Shorter": dict(records._fields(texts["Shorter"][0]))})
+    with pytest.raises(NativeCoreError, match=r"Shorter has 24 bytes in the library and 16 here: .*native\.build"):
+        type("Shorter", (Record,), {})(one=1)
 
 
 @native

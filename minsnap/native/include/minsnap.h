@@ -21,7 +21,7 @@
 #include <string.h>
 
 #define MINSNAP_VERSION "0.2.0"
-#define MINSNAP_ABI 22 /* of the library's entry points; raised with ABI of library.py whenever one changes its arguments or its meaning */
+#define MINSNAP_ABI 23 /* of the library's entry points; raised with ABI of library.py whenever one changes its arguments or its meaning */
 
 #ifdef __cplusplus
 extern "C" {

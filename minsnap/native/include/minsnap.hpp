@@ -46,11 +46,16 @@ private:
 class Curve {
 public:
     Curve() = default;
-    explicit Curve(const minsnap_curve &from)
-        : legs_(from.legs), pieces_(from.pieces), degree_(from.degree), dim_(from.dim), cost_(from.cost),
-          points_(from.points, from.points + from.legs * from.pieces * (from.degree + 1) * from.dim),
-          durations_(from.durations, from.durations + from.legs * from.pieces),
-          breaks_(from.breaks, from.breaks + from.legs * from.pieces + 1) {}
+    explicit Curve(const minsnap_curve &from) { copy(from); }
+
+    // Become a copy of a curve, in the memory that there is where that is enough.
+    void copy(const minsnap_curve &from) {
+        const std::int64_t count = from.legs * from.pieces;
+        legs_ = from.legs, pieces_ = from.pieces, degree_ = from.degree, dim_ = from.dim, cost_ = from.cost;
+        points_.assign(from.points, from.points + count * (from.degree + 1) * from.dim);
+        durations_.assign(from.durations, from.durations + count);
+        breaks_.assign(from.breaks, from.breaks + (count > 0 ? count + 1 : 0));
+    }
 
     bool empty() const { return legs_ == 0; }
     std::int64_t legs() const { return legs_; }
@@ -176,29 +181,42 @@ public:
         return short_ ? "an array of the problem has another length than its waypoints ask for" : minsnap_message(planner_.get());
     }
 
+    // Each call also writes into a plan that there is, in its memory: then a planner that is warm allocates nothing.
     Plan plan(const Problem &problem) {
+        Plan made;
+        plan(problem, made);
+        return made;
+    }
+    void plan(const Problem &problem, Plan &made) {
         minsnap_problem asked;
         minsnap_curve found = minsnap_curve_new();
-        if (!view(problem, asked)) return {};
-        return made(minsnap_plan(planner_.get(), &asked, &found), found);
+        give(view(problem, asked) ? minsnap_plan(planner_.get(), &asked, &found) : MINSNAP_BAD_SIZE, found, made);
     }
 
-    // See minsnap_replan.
+    // See minsnap_replan; the curve flown may be that of the plan that is written.
     Plan replan(const Problem &problem, const Curve &flown, double now, double budget) {
+        Plan made;
+        replan(problem, flown, now, budget, made);
+        return made;
+    }
+    void replan(const Problem &problem, const Curve &flown, double now, double budget, Plan &made) {
         minsnap_problem asked;
         minsnap_curve found = minsnap_curve_new();
         const minsnap_curve old = flown.view();
-        if (!view(problem, asked)) return {};
-        return made(minsnap_replan(planner_.get(), &asked, &old, now, budget, &found), found);
+        give(view(problem, asked) ? minsnap_replan(planner_.get(), &asked, &old, now, budget, &found) : MINSNAP_BAD_SIZE, found, made);
     }
 
     // See minsnap_brake.
     Plan brake(const Problem &problem, const Curve &flown, double instant) {
+        Plan made;
+        brake(problem, flown, instant, made);
+        return made;
+    }
+    void brake(const Problem &problem, const Curve &flown, double instant, Plan &made) {
         minsnap_problem asked;
         minsnap_curve found = minsnap_curve_new();
         const minsnap_curve old = flown.view();
-        if (!view(problem, asked)) return {};
-        return made(minsnap_brake(planner_.get(), &asked, &old, instant, &found), found);
+        give(view(problem, asked) ? minsnap_brake(planner_.get(), &asked, &old, instant, &found) : MINSNAP_BAD_SIZE, found, made);
     }
 
     // The time that every flight takes at least [s]; 0 where none is known.
@@ -225,11 +243,9 @@ private:
 
     bool view(const Problem &problem, minsnap_problem &asked) { return !(short_ = !problem.view(asked)) && planner_ != nullptr; }
 
-    static Plan made(minsnap_status status, const minsnap_curve &found) {
-        Plan plan;
-        plan.status = status;
-        if (found.legs > 0) plan.curve = Curve(found);
-        return plan;
+    static void give(minsnap_status status, const minsnap_curve &found, Plan &made) {
+        made.status = status;
+        made.curve.copy(found);
     }
 
     std::unique_ptr<minsnap_planner, Close> planner_;

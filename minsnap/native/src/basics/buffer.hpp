@@ -3,11 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <utility>
-#if defined(_WIN32)
-#include <malloc.h>
-#endif
+
+#include "basics/pool.hpp"
 
 namespace minsnap {
 
@@ -17,15 +15,15 @@ public:
     Buffer() = default;
     Buffer(const Buffer &) = delete;
     Buffer &operator=(const Buffer &) = delete;
-    ~Buffer() { release(values_); }
+    ~Buffer() { Pool::release(values_); }
 
     // Make room for count values (not initialised); what was held before is lost. False if there is no memory.
     [[nodiscard]] bool allocate(std::size_t count) {
         if (count <= count_) return true;
         if (count > SIZE_MAX / sizeof(Value)) return false;
-        void *fresh = reserve(count * sizeof(Value));
+        void *fresh = Pool::reserve(count * sizeof(Value));
         if (fresh == nullptr) return false;
-        release(values_);
+        Pool::release(values_);
         values_ = static_cast<Value *>(fresh);
         count_ = count;
         return true;
@@ -43,25 +41,6 @@ public:
     const Value &operator[](std::size_t index) const { return values_[index]; }
 
 private:
-    static constexpr std::size_t alignment = 64;
-
-    static void *reserve(std::size_t bytes) {
-#if defined(_WIN32)
-        return _aligned_malloc(bytes, alignment);
-#else
-        void *found = nullptr;
-        return posix_memalign(&found, alignment, bytes) == 0 ? found : nullptr;
-#endif
-    }
-
-    static void release(void *block) {
-#if defined(_WIN32)
-        _aligned_free(block);
-#else
-        std::free(block);
-#endif
-    }
-
     Value *values_ = nullptr;
     std::size_t count_ = 0;
 };

@@ -1,10 +1,28 @@
 // What the library says about itself, so that Python never calls one built from other sources.
-#include <cstdint>
-
-#include "basics/border_fields.hpp"
+#include "basics/border.hpp"
 #include "basics/export.hpp"
-#include "basics/status.hpp"
 #include "basics/public.hpp"
+#include "basics/status.hpp"
+#include "bounds/border.hpp"
+#include "fleet/joint_question.hpp"
+#include "fleet/questions.hpp"
+#include "maps/questions.hpp"
+#include "planner/border.hpp"
+#include "polynomials/evaluate.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr RecordText records[] = {CorridorRecord_text,  CorridorAnswerRecord_text, SlackRecord_text,       ChainRecord_text,
+                                  SplitRecord_text,     ManyRecord_text,           VehicleRecord_text,     ExcessRecord_text,
+                                  ValuesRecord_text,    SetsRecord_text,           PieceRecord_text,       StopRecord_text,
+                                  WallsRecord_text,     MomentaryLimit_text,       ShortestRequest_text,   ShortestAnswer_text,
+                                  FleetCurves_text,     SeparationQuestion_text,   ClearanceQuestion_text, AssignmentQuestion_text,
+                                  TangentQuestion_text, GridWayQuestion_text,      JointQuestion_text,     JointRun_text,
+                                  PiecewiseCurve_text,  CostateSearch_text,        PlansRecord_text};
+
+}  // namespace
+}  // namespace minsnap
 
 MINSNAP_EXPORT std::int32_t minsnap_abi() { return MINSNAP_ABI; }
 
@@ -17,14 +35,13 @@ MINSNAP_EXPORT const char *minsnap_compiler() {
 #endif
 }
 
-// A field of the border: the names of its record, of itself and of what it holds; past the last one bad_size.
-MINSNAP_EXPORT std::int32_t minsnap_border_field(std::int64_t index, const char **names) {
-    using minsnap::border_fields;
+// A struct of the border: its name, the text of its fields, and its size; past the last one bad_size.
+MINSNAP_EXPORT std::int32_t minsnap_record(std::int64_t index, const char **texts, std::int64_t *size) {
     using minsnap::Status;
-    if (index < 0 || index >= std::int64_t(sizeof border_fields / sizeof border_fields[0]))
+    if (index < 0 || index >= std::int64_t(sizeof minsnap::records / sizeof minsnap::records[0]))
         return static_cast<std::int32_t>(Status::bad_size);
-    const minsnap::BorderField &field = border_fields[index];
-    names[0] = field.record, names[1] = field.name, names[2] = field.kind;
+    const minsnap::RecordText &record = minsnap::records[index];
+    texts[0] = record.name, texts[1] = record.fields, *size = record.size;
     return static_cast<std::int32_t>(Status::done);
 }
 

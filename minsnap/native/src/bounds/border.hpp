@@ -1,12 +1,12 @@
 // A search for the costate that proves the greatest bound of the flight time, and what it writes.
 #pragma once
 
-#include <cstdint>
+#include "basics/record.hpp"
 
 namespace minsnap {
 
 // Coordinates are padded with zeros to three, lengths and times are of order one.
-struct CostateSearch {
+MINSNAP_RECORD(CostateSearch, {
     std::int64_t legs;
     std::int64_t cells, fine;                // of each leg, at first and at the end
     std::int64_t parts;                      // parts of each cell in which norms of the costate are summed
@@ -25,6 +25,6 @@ struct CostateSearch {
     double *splits;                          // (legs, fine, parts + 1, accelerations - 1, 3) shares of the sets after the first
     double *rate_splits;                     // (legs, fine, velocities - 1, 3)
     std::int64_t iterations;                 // that were made
-};
+});
 
 }  // namespace minsnap

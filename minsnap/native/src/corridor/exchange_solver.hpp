@@ -1,8 +1,7 @@
 // The exchange of exchange.hpp, compiled once for all who use it.
 #pragma once
 
-#include <memory>
-
+#include "basics/owned.hpp"
 #include "corridor/contact.hpp"
 #include "corridor/request.hpp"
 
@@ -45,8 +44,8 @@ public:
     Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr, int count = 0);
 
 private:
-    std::unique_ptr<Exchange<double, 4>> snap_;  // degree 7, the usual one
-    std::unique_ptr<Exchange<double, 0>> any_;
+    Owned<Exchange<double, 4>> snap_;  // degree 7, the usual one
+    Owned<Exchange<double, 0>> any_;
     int half_ = 0;  // of the latter
 };
 

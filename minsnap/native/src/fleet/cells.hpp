@@ -25,7 +25,7 @@ inline double scaled(double value, int axis, double downwash) { return axis == 2
 
 // The chord of a vehicle in a cell.
 inline Chord chord_of(const FleetCurves &fleet, Integer v, double a, double b, double downwash, Curve &arc) {
-    const double *t = fleet.clock(v);
+    const double *t = clock_of(fleet, v);
     const Integer count = fleet.pieces[v], first = piece_at(t, count, a);
     Chord chord{};
     double size = 0.0, farthest = 0.0, last[fleet_axes] = {};

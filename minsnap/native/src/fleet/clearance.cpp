@@ -11,7 +11,7 @@ namespace minsnap {
 namespace {
 
 Clearance clearance_of(const ClearanceQuestion &q, Integer vehicle, ClearanceSearch &search, Curve &arc) {
-    const double *t = q.fleet.clock(vehicle);
+    const double *t = clock_of(q.fleet, vehicle);
     Clearance best{__builtin_huge_val(), __builtin_huge_val(), 0.0, -1};
     for (Integer i = 0; i < q.fleet.pieces[vehicle]; ++i) {
         part_of(q.fleet, vehicle, i, t[i], t[i + 1], arc);
@@ -28,7 +28,7 @@ using namespace minsnap;
 MINSNAP_EXPORT std::int32_t minsnap_fleet_clearance(const ClearanceQuestion *question) {
     const ClearanceQuestion &q = *question;
     if (q.fleet.vehicles < 1 || q.obstacles < 1 || q.threads < 1) return int(Status::bad_size);
-    if (!q.fleet.sound() || !(q.finest > 0.0)) return int(Status::bad_number);
+    if (!sound(q.fleet) || !(q.finest > 0.0)) return int(Status::bad_number);
     std::atomic<bool> failed{false};
     auto task = [&q, &failed](Integer vehicle) {
         Buffer<ClearanceSearch> search;

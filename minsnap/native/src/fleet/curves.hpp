@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "arithmetic/rounding.hpp"
+#include "basics/record.hpp"
 #include "polynomials/enclosure.hpp"
 
 namespace minsnap {
@@ -17,8 +18,8 @@ using Integer = std::int64_t;
 constexpr int max_fleet_degree = 15;
 constexpr int fleet_axes = 3;
 
-// What Python hands over; listed in basics/border_fields.hpp.
-struct FleetCurves {
+// What Python hands over.
+MINSNAP_RECORD(FleetCurves, {
     const double *points;        // of all vehicles, one after the other: each (pieces, degree + 1, 3) [m]
     const double *breaks;        // each (pieces + 1,) [s]
     const Integer *point_start;  // (vehicles,): index of the first value
@@ -26,24 +27,28 @@ struct FleetCurves {
     const Integer *pieces;
     const Integer *degree;
     Integer vehicles;
+});
 
-    const double *piece(Integer vehicle, Integer i) const { return points + point_start[vehicle] + i * (degree[vehicle] + 1) * fleet_axes; }
-    const double *clock(Integer vehicle) const { return breaks + break_start[vehicle]; }
+inline const double *piece_of(const FleetCurves &fleet, Integer vehicle, Integer i) {
+    return fleet.points + fleet.point_start[vehicle] + i * (fleet.degree[vehicle] + 1) * fleet_axes;
+}
 
-    // Whether all numbers are finite and of sizes for which nothing overflows, and all clocks ascend to one end.
-    bool sound() const {
-        const double end = clock(0)[pieces[0]];
-        for (Integer v = 0; v < vehicles; ++v) {
-            if (pieces[v] < 1 || degree[v] < 0 || degree[v] > max_fleet_degree) return false;
-            if (!within(points + point_start[v], pieces[v] * (degree[v] + 1) * fleet_axes, 0x1p100)) return false;
-            const double *t = clock(v);
-            if (t[0] != 0.0 || t[pieces[v]] != end) return false;
-            for (Integer i = 0; i < pieces[v]; ++i)
-                if (!(t[i] < t[i + 1] && t[i + 1] <= longest_duration)) return false;
-        }
-        return true;
+inline const double *clock_of(const FleetCurves &fleet, Integer vehicle) { return fleet.breaks + fleet.break_start[vehicle]; }
+
+// Whether all numbers are finite and of sizes for which nothing overflows, and all clocks ascend to one end.
+inline bool sound(const FleetCurves &fleet) {
+    const double end = clock_of(fleet, 0)[fleet.pieces[0]];
+    for (Integer v = 0; v < fleet.vehicles; ++v) {
+        const Integer pieces = fleet.pieces[v], degree = fleet.degree[v];
+        if (pieces < 1 || degree < 0 || degree > max_fleet_degree) return false;
+        if (!within(piece_of(fleet, v, 0), pieces * (degree + 1) * fleet_axes, 0x1p100)) return false;
+        const double *t = clock_of(fleet, v);
+        if (t[0] != 0.0 || t[pieces] != end) return false;
+        for (Integer i = 0; i < pieces; ++i)
+            if (!(t[i] < t[i + 1] && t[i + 1] <= longest_duration)) return false;
     }
-};
+    return true;
+}
 
 // Index of the piece that holds an instant, the last one at the end.
 inline Integer piece_at(const double *breaks, Integer pieces, double instant) {
@@ -91,7 +96,7 @@ inline void cut(Curve &arc, double s, bool keep_after) {
 // The part of a vehicle's piece between two instants, both within the piece.
 inline void part_of(const FleetCurves &fleet, Integer vehicle, Integer i, double from, double to, Curve &arc) {
     const int n = arc.degree = int(fleet.degree[vehicle]);
-    const double *stored = fleet.piece(vehicle, i), *t = fleet.clock(vehicle) + i;
+    const double *stored = piece_of(fleet, vehicle, i), *t = clock_of(fleet, vehicle) + i;
     arc.dim = fleet_axes;
     for (int d = 0; d < fleet_axes; ++d)
         for (int j = 0; j <= n; ++j) {

@@ -9,8 +9,8 @@ namespace minsnap {
 constexpr int limit_kinds = 5;   // of each order: three axes, the norm, the norm of x and y
 constexpr int limit_orders = 4;  // velocity to snap
 
-// What does not change during a search; listed in basics/border_fields.hpp.
-struct JointQuestion {
+// What does not change during a search.
+MINSNAP_RECORD(JointQuestion, {
     Integer vehicles, pieces, samples;  // samples of a piece
     const double *radii;                // (vehicles,)
     const double *limits;               // (vehicles, limit_orders, limit_kinds), infinite where there is none
@@ -22,10 +22,10 @@ struct JointQuestion {
     double downwash;
     double length;  // unit in which distances from walls and obstacles are penalised [m]
     Integer threads;
-};
+});
 
 // One run: the time, how exact, and the curves, which it moves.
-struct JointRun {
+MINSNAP_RECORD(JointRun, {
     double time;        // common flight time [s]
     double inflation;   // pairs are pushed to so many times their separation
     double smoothness;  // weight of the squared fourth derivative in units of the piece's time [1/m^2]
@@ -37,6 +37,6 @@ struct JointRun {
     double *curves;               // (vehicles, pieces + 1, 4, 3): h^q times the derivatives at knots [m], h = time / pieces
     volatile std::int32_t *stop;  // ends once this is not 0
     double *found;                // (4,): short by, over by, value, steps done
-};
+});
 
 }  // namespace minsnap

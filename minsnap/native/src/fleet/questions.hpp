@@ -1,4 +1,4 @@
-// What Python asks about a fleet, and where answers are written; listed in basics/border_fields.hpp.
+// What Python asks about a fleet, and where answers are written.
 #pragma once
 
 #include "fleet/obstacles.hpp"
@@ -6,7 +6,7 @@
 namespace minsnap {
 
 // Which pairs of a fleet come near each other, and how near.
-struct SeparationQuestion {
+MINSNAP_RECORD(SeparationQuestion, {
     FleetCurves fleet;
     const double *radii;  // (vehicles,): a pair is to be apart by the sum of both
     double downwash;
@@ -17,10 +17,10 @@ struct SeparationQuestion {
     Integer *pairs;    // (capacity, 2)
     double *values;    // (capacity, 3): least, attained, instant
     Integer *found;    // as many there are, perhaps more than fit
-};
+});
 
 // How near every vehicle of a fleet comes to obstacles.
-struct ClearanceQuestion {
+MINSNAP_RECORD(ClearanceQuestion, {
     FleetCurves fleet;
     Integer obstacles;
     const Obstacle *obstacle;
@@ -28,10 +28,10 @@ struct ClearanceQuestion {
     Integer threads;
     double *values;    // (vehicles, 3): never less, attained, instant
     Integer *nearest;  // (vehicles,)
-};
+});
 
 // Which vehicle flies to which goal; vehicles beyond `vehicles` have no place, and go anywhere at no cost.
-struct AssignmentQuestion {
+MINSNAP_RECORD(AssignmentQuestion, {
     Integer vehicles, goals;
     const double *start;  // (3, vehicles) [m]
     const double *goal;   // (3, goals) [m]
@@ -40,6 +40,6 @@ struct AssignmentQuestion {
     double *price;        // (goals,) [m^2], and what it becomes
     Integer *goal_of;     // (goals,): of each vehicle, -1 for none
     Integer *waiting;     // how many have none
-};
+});
 
 }  // namespace minsnap

@@ -32,7 +32,7 @@ public:
     // Whether a pair comes nearer than `reach` [m] in a cell, and then how near.
     bool nearest(Integer one, Integer two, double a, double b, double reach, Near &near) {
         const FleetCurves &fleet = q_.fleet;
-        const double *t = fleet.clock(one), *u = fleet.clock(two);
+        const double *t = clock_of(fleet, one), *u = clock_of(fleet, two);
         Integer i = piece_at(t, fleet.pieces[one], a), j = piece_at(u, fleet.pieces[two], a);
         Greatest best{-reach * reach, -__builtin_huge_val(), 0.0, -1};
         double instant = 0.0;
@@ -122,7 +122,7 @@ public:
         Integer most = 0;
         for (Integer v = 1; v < vehicles; ++v)
             if (q_.fleet.pieces[v] > q_.fleet.pieces[most]) most = v;
-        cell_ = q_.fleet.clock(most);
+        cell_ = clock_of(q_.fleet, most);
         cells_ = q_.fleet.pieces[most];
         blocks_ = (vehicles + block - 1) / block;
         for (Integer v = 0; v < vehicles; ++v) largest_ = std::fmax(largest_, q_.radii[v]);
@@ -244,7 +244,7 @@ using namespace minsnap;
 MINSNAP_EXPORT std::int32_t minsnap_fleet_separation(const SeparationQuestion *question) {
     const SeparationQuestion &q = *question;
     if (q.fleet.vehicles < 2 || q.threads < 1 || q.capacity < 0) return int(Status::bad_size);
-    if (!q.fleet.sound() || !(q.downwash >= 1.0) || !(q.reach > 0.0)) return int(Status::bad_number);
+    if (!sound(q.fleet) || !(q.downwash >= 1.0) || !(q.reach > 0.0)) return int(Status::bad_number);
     for (Integer v = 0; v < q.fleet.vehicles; ++v)
         if (!(q.radii[v] > 0.0 && q.radii[v] < 0x1p100)) return int(Status::bad_number);
     return int(Separation(q).run());

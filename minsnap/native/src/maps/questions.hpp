@@ -1,4 +1,4 @@
-// What Python asks about ways through maps, and where answers are written; listed in basics/border_fields.hpp.
+// What Python asks about ways through maps, and where answers are written.
 #pragma once
 
 #include "fleet/obstacles.hpp"
@@ -6,7 +6,7 @@
 namespace minsnap {
 
 // Convex sets around the segments of a line of points, bounded by planes that touch what is near.
-struct TangentQuestion {
+MINSNAP_RECORD(TangentQuestion, {
     Integer dim, segments, obstacles, points, capacity, threads;
     double clearance;    // between the sets and all obstacles and points [m]
     double reach;        // how far a set extends beyond its segment, and to its sides [m]
@@ -17,10 +17,10 @@ struct TangentQuestion {
     Integer *counts;      // (segments,) planes, perhaps more than fit
     Integer *nearest;     // (segments,) the nearest obstacle, or point counted on behind them; -1 where none is in reach
     double *distance;     // (segments,) from the segment [m]
-};
+});
 
 // A way through the free cells of a grid whose lines have any angle.
-struct GridWayQuestion {
+MINSNAP_RECORD(GridWayQuestion, {
     Integer dim, capacity;
     const Integer *shape;  // (3,) cells along each axis; 1 for the height in the plane
     const double *size;    // (3,) sides of a cell [m]
@@ -28,6 +28,6 @@ struct GridWayQuestion {
     const Integer *start, *goal;  // (3,) cells
     Integer *way;                 // (capacity, 3) cells from start to goal
     Integer *found;               // as many there are, perhaps more than fit; 0 where there is no way
-};
+});
 
 }  // namespace minsnap

@@ -1,12 +1,12 @@
 // What Python asks of many plans within limits, and where they are written.
 #pragma once
 
-#include <cstdint>
+#include "basics/record.hpp"
 
 namespace minsnap {
 
 // Problems from rest to rest, one after the other: problem b has the legs offsets[b] ... offsets[b + 1] - 1, and one knot more.
-struct PlansRecord {
+MINSNAP_RECORD(PlansRecord, {
     std::int64_t count, dim, threads;
     std::int64_t pieces;          // polynomials of a leg; 0 leaves them to each search
     std::int64_t most;            // polynomials of a leg that there is room for
@@ -18,6 +18,6 @@ struct PlansRecord {
     double *durations;     // (legs in all * most,) likewise [s]
     std::int64_t *found;   // (count,) polynomials of a leg
     std::int32_t *statuses;  // (count,)
-};
+});
 
 }  // namespace minsnap

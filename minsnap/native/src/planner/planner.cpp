@@ -122,6 +122,7 @@ MINSNAP_EXPORT const char *minsnap_message(const minsnap_planner *planner) {
 
 MINSNAP_EXPORT minsnap_status minsnap_plan(minsnap_planner *planner, const minsnap_problem *problem, minsnap_curve *curve) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    const minsnap::Pool::Use pool(planner->pool);
     planner->says.nothing();
     Status status = minsnap::check_room(curve, planner->says);
     if (status == Status::done) status = planner->course.take(problem, planner->says);
@@ -135,6 +136,7 @@ MINSNAP_EXPORT minsnap_status minsnap_plan(minsnap_planner *planner, const minsn
 MINSNAP_EXPORT minsnap_status minsnap_replan(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
                                              double now, double budget, minsnap_curve *curve) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    const minsnap::Pool::Use pool(planner->pool);
     minsnap::SearchEnd end;
     if (minsnap::is_problem(problem)) end = minsnap::end_of(*problem, budget);
     planner->says.nothing();
@@ -155,6 +157,7 @@ MINSNAP_EXPORT minsnap_status minsnap_replan(minsnap_planner *planner, const min
 MINSNAP_EXPORT minsnap_status minsnap_brake(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
                                             double instant, minsnap_curve *curve) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    const minsnap::Pool::Use pool(planner->pool);
     minsnap::SearchEnd end;
     planner->says.nothing();
     Status status = minsnap::go_on(*planner, problem, flown, instant, curve);
@@ -181,6 +184,7 @@ MINSNAP_EXPORT minsnap_status minsnap_at(const minsnap_curve *curve, std::int64_
 MINSNAP_EXPORT minsnap_status minsnap_certify(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *curve,
                                               minsnap_certificate *certificate) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    const minsnap::Pool::Use pool(planner->pool);
     planner->says.nothing();
     if (certificate == nullptr || certificate->size != std::int64_t(sizeof(minsnap_certificate)))
         return minsnap_status(planner->says(
@@ -197,6 +201,7 @@ MINSNAP_EXPORT minsnap_status minsnap_certify(minsnap_planner *planner, const mi
 
 MINSNAP_EXPORT minsnap_status minsnap_least_time(minsnap_planner *planner, const minsnap_problem *problem, double *seconds) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    const minsnap::Pool::Use pool(planner->pool);
     planner->says.nothing();
     if (seconds == nullptr) return minsnap_status(planner->says(Status::bad_size, "the seconds to be written are a null pointer"));
     double found = 0.0;

@@ -261,7 +261,7 @@ MINSNAP_EXPORT std::int32_t minsnap_sender_stop(void *opened) {
 // Free a sender whose thread has ended.
 MINSNAP_EXPORT std::int32_t minsnap_sender_close(void *opened) {
     using namespace minsnap;
-    const std::unique_ptr<Sender> sender(static_cast<Sender *>(opened));
+    const Owned<Sender> sender(static_cast<Sender *>(opened));
     pthread_mutex_destroy(&sender->mutex);
     munlock(sender.get(), sizeof(Sender));
     return code(Status::done);

@@ -1,4 +1,4 @@
-// What Python asks of the search for the shortest time, and what it gets: plain numbers and pointers, listed in basics/border_fields.hpp.
+// What Python asks of the search for the shortest time, and what it gets: plain numbers and pointers.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 namespace minsnap {
 
 // A limit on several derivatives at an instant, on every leg: a `LimitKind` of `instant_limits.hpp` and its parameters.
-struct MomentaryLimit {
+MINSNAP_RECORD(MomentaryLimit, {
     std::int64_t kind;
     const double *parameters;
-};
+});
 
 // Reads the totals of the answer, and sets their count to 0; gets the context of the request; what is not 0 ends the search.
 using Poll = std::int64_t (*)(void *);
 
-struct ShortestRequest {
+MINSNAP_RECORD(ShortestRequest, {
     std::int64_t half, dim, legs, closed, groups, limits;
     std::int64_t divisions;     // how many numbers stand in `parts`
     std::int64_t moving;        // whether time may not be scaled to keep the limits
@@ -45,9 +45,9 @@ struct ShortestRequest {
     std::int64_t live;                // whether it is polled before every iteration
     Poll poll;
     void *context;
-};
+});
 
-struct ShortestAnswer {
+MINSNAP_RECORD(ShortestAnswer, {
     std::int64_t pieces, iterations;  // per leg; of all stages
     double total, wall, limit;        // [s]; largest excess of walls and of limits at peaks, in widths
     double work, longest;             // of the question so far: work, and its longest total [s]; set before and after
@@ -56,6 +56,6 @@ struct ShortestAnswer {
     double *durations;                // room for (legs * product of parts,) [s]
     double *points;                   // room for (pieces, 2 half, dim) control points [m]
     double *knots;                    // room for (pieces + 1, half, dim) derivatives [m/s^order]
-};
+});
 
 }  // namespace minsnap

@@ -1,0 +1,134 @@
+// A planner allocates nothing where it does what it did before: not for plans, not for plans in flight, nor for what it proves of them.
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+#include <minsnap.hpp>
+
+#include "expect.hpp"
+
+namespace {
+
+long allocations = 0;  // by any of the functions below
+
+}  // namespace
+
+#if defined(__GLIBC__)
+#include <dlfcn.h>
+
+namespace {
+
+// The function of that name that this one stands before: of the system, or of a sanitizer.
+template <class Function>
+Function behind(Function, const char *name) {
+    return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+extern "C" {
+void *malloc(std::size_t bytes) noexcept {
+    static const auto next = behind(&malloc, "malloc");
+    return ++allocations, next(bytes);
+}
+void *realloc(void *block, std::size_t bytes) noexcept {
+    static const auto next = behind(&realloc, "realloc");
+    return ++allocations, next(block, bytes);
+}
+int posix_memalign(void **block, std::size_t alignment, std::size_t bytes) noexcept {
+    static const auto next = behind(&posix_memalign, "posix_memalign");
+    return ++allocations, next(block, alignment, bytes);
+}
+void *aligned_alloc(std::size_t alignment, std::size_t bytes) noexcept {
+    static const auto next = behind(&aligned_alloc, "aligned_alloc");
+    return ++allocations, next(alignment, bytes);
+}
+}
+#endif
+
+void *operator new(std::size_t bytes) {
+    ++allocations;
+    if (void *const block = std::malloc(bytes)) return block;
+    std::abort();
+}
+void *operator new(std::size_t bytes, const std::nothrow_t &) noexcept { return ++allocations, std::malloc(bytes); }
+void operator delete(void *block) noexcept { std::free(block); }
+void operator delete(void *block, std::size_t) noexcept { std::free(block); }
+
+namespace {
+
+minsnap::Limits usual() {
+    minsnap::Limits limits;
+    limits.speed = 3.0, limits.acceleration = 4.0, limits.jerk = 30.0;
+    return limits;
+}
+
+minsnap::Problem rectangle() {
+    minsnap::Problem problem(3);
+    problem.points = {0, 0, 1, 8, 0, 1, 8, 4, 1, 0, 4, 1, 0, 0, 1};
+    return problem;
+}
+
+std::vector<minsnap::Problem> given_times() {
+    std::vector<minsnap::Problem> all(5, rectangle());
+    for (minsnap::Problem &problem : all) problem.durations = {4, 2, 4, 2};
+    all[1].closed = true;
+    all[2].widths = all[3].widths = all[4].widths = {0.3, 0.3, 0.3, 0.3};
+    all[3].pieces = 2, all[3].degree = 9;
+    all[4].durations.clear(), all[4].total_time = 12.0;
+    return all;
+}
+
+std::vector<minsnap::Problem> within_limits() {
+    std::vector<minsnap::Problem> all(5, rectangle());
+    for (minsnap::Problem &problem : all) problem.within(usual());
+    all[1].widths = {0.5, 0.5, 0.5, 0.5};
+    all[2].radii = {0, 0.3, 0.3, 0.3, 0}, all[2].pieces = 6;
+    all[3].box_lower = {-1, -1, 0, 7, -1, 0, -1, 3, 0, -1, -1, 0}, all[3].box_upper = {9, 1, 2, 9, 5, 2, 9, 5, 2, 1, 5, 2};
+    minsnap::Limits lifted;
+    lifted.max_thrust = 1.6, lifted.min_thrust = 0.5, lifted.tilt = 0.5, lifted.speed = 4.0, lifted.jerk = 30.0, lifted.body_rate = 3.0;
+    all[4].within(lifted);
+    return all;
+}
+
+// Do it until the planner is warm and allocates nothing: its two curves take turns, and a replan that the clock ends may end later the next time.
+template <class Work>
+void expect_nothing_allocated(const char *what, std::size_t index, Work work) {
+    long made = 0;
+    for (int round = 0; round < 12; ++round) {
+        const long before = allocations;
+        work();
+        made = allocations - before;
+        if (round > 0 && made == 0) return;
+    }
+    ++wrong, std::printf("%s %zu: %ld allocations\n", what, index, made);
+}
+
+}  // namespace
+
+int main() {
+    EXPECT((delete new int, allocations > 0));
+    const std::vector<minsnap::Problem> given = given_times(), limited = within_limits();
+    for (std::size_t k = 0; k < given.size(); ++k) {
+        minsnap::Planner planner;
+        minsnap::Plan plan;
+        expect_nothing_allocated("plan in given times", k, [&] { planner.plan(given[k], plan); });
+        EXPECT(plan.status == MINSNAP_DONE);
+        expect_nothing_allocated("certificate in given times", k, [&] { EXPECT(planner.certify(given[k], plan.curve).kept == 1); });
+    }
+    for (std::size_t k = 0; k < limited.size(); ++k) {
+        minsnap::Planner planner;
+        minsnap::Plan plan, next, rest;
+        minsnap::Problem ahead = limited[k];
+        ahead.points[6] += 0.3;
+        expect_nothing_allocated("plan", k, [&] { planner.plan(limited[k], plan); });
+        EXPECT(plan.status == MINSNAP_DONE);
+        expect_nothing_allocated("replan", k, [&] { planner.replan(ahead, plan.curve, 0.3, 0.7, next); });
+        EXPECT(next.status != MINSNAP_BAD_NUMBER && next.status != MINSNAP_BAD_SIZE);
+        expect_nothing_allocated("brake", k, [&] { planner.brake(limited[k], plan.curve, 1.0, rest); });
+        EXPECT(rest.status == MINSNAP_DONE);
+        expect_nothing_allocated("certificate", k, [&] { EXPECT(planner.certify(limited[k], plan.curve).kept == 1); });
+        expect_nothing_allocated("least time", k, [&] { EXPECT(planner.least_time(limited[k]) > 0.0); });
+    }
+    return wrong;
+}
