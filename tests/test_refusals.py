@@ -95,7 +95,7 @@ SITES = [
         {"waypoints": NEAR, "durations": [0.0101, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),
     (
-        ("around", "_planned_around", UnprovedError),
+        ("around", "_plan_around", UnprovedError),
         "no way around the obstacles was found; without them the path is 0.5 m inside obstacle 0",
         {"waypoints": [(0, 0, 0), (6, 0, 0)], "durations": [3], "corridor": 0.2, "avoid": [BLOCK]},
     ),
@@ -110,7 +110,7 @@ SITES = [
 
 ELSEWHERE = {
     ("within_limits", "_stretched", UnprovedError),
-    ("in_loop", "kept_in_loop", UnprovedError),  # tests/test_vehicle_tube.py
+    ("in_loop", "plan_kept_in_loop", UnprovedError),  # tests/test_vehicle_tube.py
     ("passage", "_too_narrow", InfeasibleError),
     ("plan_route", "_around", UnprovedError),
     ("explorer", "_way", UnprovedError),

@@ -102,9 +102,9 @@ def among_moving(
     """
     for share in AMONG.speed_shares:
         ways = _ways(around, first, passed, fixed, share)
-        best = None if ways is None else _tried(around, ways, plan)
+        best = None if ways is None else _try_ways(around, ways, plan)
         if ways is not None and best is not None:
-            return best if fixed else _shortened(around, ways, best, first.duration, plan, late)
+            return best if fixed else _shorten(around, ways, best, first.duration, plan, late)
     return None
 
 
@@ -127,7 +127,7 @@ def _ways(
     return _alike(around, [_along(way) for way in ways], [way.times for way in ways])
 
 
-def _divided(around: Surroundings, place: Place, times: FloatArray) -> WayInTime:
+def _divide(around: Surroundings, place: Place, times: FloatArray) -> WayInTime:
     """Halve parts of a way, until each keeps away from all that obstacles pass in its seconds."""
     parts = [(float(begin), float(end), AMONG.halvings) for begin, end in pairwise(times)][::-1]
     knots = [float(times[0])]
@@ -151,7 +151,7 @@ def _is_near(around: Surroundings, place: Place, begin: float, end: float) -> bo
         if gap >= around.reach:
             continue
         nowhere = np.zeros((0, along.shape[1]))
-        between = tangent_planes(line, _swept(each, begin, end), nowhere, 0.0, around.reach).distance[0]
+        between = tangent_planes(line, _sweep(each, begin, end), nowhere, 0.0, around.reach).distance[0]
         if between < AMONG.distance_share * gap:
             return True
     return False
@@ -168,7 +168,7 @@ def _in_so_many(way: WayInTime, place: Place, parts: int) -> WayInTime:
 
 def _alike(around: Surroundings, places: list[Place], times: list[FloatArray]) -> list[WayInTime]:
     """Return ways through places, with as many parts each."""
-    ways = [_divided(around, *each) for each in zip(places, times, strict=True)]
+    ways = [_divide(around, *each) for each in zip(places, times, strict=True)]
     parts = max(len(way.times) - 1 for way in ways)
     return [_in_so_many(way, place, parts) for way, place in zip(ways, places, strict=True)]
 
@@ -196,7 +196,7 @@ def _on_curve(curve: Trajectory, factor: float, way: WayInTime, moving: Sequence
     return place
 
 
-def _tried(around: Surroundings, ways: list[WayInTime], plan: Planned) -> Timed | None:
+def _try_ways(around: Surroundings, ways: list[WayInTime], plan: Planned) -> Timed | None:
     """Return the plan along ways, if it has one that is proved among all moving obstacles."""
     try:
         sets = [each for way in ways for each in _sets(around, way)]
@@ -210,14 +210,14 @@ def _sets(around: Surroundings, way: WayInTime) -> list[HalfSpaceRows]:
     """Return a polytope around each part of a way, away from what obstacles pass in its seconds."""
     sets, still = [], around.kept
     for part in range(len(way.times) - 1):
-        swept = [_swept(each, way.times[part], way.times[part + 1]) for each in around.moving]
+        swept = [_sweep(each, way.times[part], way.times[part + 1]) for each in around.moving]
         numbers = np.concatenate((still.obstacles, *swept))
         line = way.points[part : part + 2]
         sets += polytopes_along(line, numbers, still.points, still.clearance, around.reach, prisms=still.prisms)
     return sets
 
 
-def _swept(obstacle: Moving, begin: float, end: float) -> FloatArray:
+def _sweep(obstacle: Moving, begin: float, end: float) -> FloatArray:
     """Return what holds an obstacle from one instant to another, (looked, 13)."""
     instants = np.linspace(begin, end, AMONG.instants)
     half = 0.5 * (obstacle.speed + obstacle.growth) * (end - begin) / (AMONG.instants - 1)
@@ -231,7 +231,7 @@ def _larger(numbers: FloatArray, more: float) -> FloatArray:
     return numbers
 
 
-def _shortened(
+def _shorten(
     around: Surroundings,
     ways: list[WayInTime],
     best: Timed,
@@ -247,7 +247,7 @@ def _shortened(
             break
         places = [_on_curve(best.trajectory, factor, way, around.moving) for way in ways]
         quicker = _alike(around, places, [factor * times for times in corners])
-        found = _tried(around, quicker, plan)
+        found = _try_ways(around, quicker, plan)
         if found is None:
             share *= 0.5
         else:

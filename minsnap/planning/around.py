@@ -79,7 +79,7 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
                 raise CorridorError(f"waypoint {index}, {point_text(point)}, {inside}{give}")
     still = [each for each in obstacles if not isinstance(each, Moving)]
     moving = tuple(each for each in obstacles if isinstance(each, Moving))
-    first = _planned_around(task, timing, still) if still else plan_timed(task, timing)
+    first = _plan_around(task, timing, still) if still else plan_timed(task, timing)
     timed = looked_at(_among(task, timing, still, moving, first) if moving else first, task, timing)
     near = nearest_obstacle(timed.trajectory, obstacles)
     if near.value < -EXACT:
@@ -87,7 +87,7 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
     return timed
 
 
-def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
+def _plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
     """Plan as if there were no obstacles, and if that leads through one, along a way around all."""
     first = plan_timed(task, timing)
     direct = nearest_obstacle(first.trajectory, obstacles)
@@ -102,7 +102,7 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) ->
     parts = max(len(way) - 1 for way in ways)
     for finer in FINER:
         try:
-            found = _planned_along([_in_parts(way, finer * parts) for way in ways], task, timing, obstacles)
+            found = _plan_along([_in_parts(way, finer * parts) for way in ways], task, timing, obstacles)
             return _quicker(found, ways, task, timing, obstacles, first.trajectory.duration)
         except LateError:
             raise
@@ -133,7 +133,7 @@ def _quicker(
             changed = [*ways[:leg], other, *ways[leg + 1 :]]
             parts = max(len(each) - 1 for each in changed)
             try:
-                along = _planned_along([_in_parts(each, parts) for each in changed], task, timing, obstacles)
+                along = _plan_along([_in_parts(each, parts) for each in changed], task, timing, obstacles)
             except (CorridorError, InfeasibleError, SolverError):  # LateError too: the first one flies
                 continue
             if along.trajectory.duration < found.trajectory.duration:
@@ -146,7 +146,7 @@ def _among(task: Task, timing: Timing, still: Sequence[Avoided], moving: tuple[M
     curve = first.trajectory
     if least_margin(curve, moving) >= 0.0:
         return first
-    passed = _passed_waypoints(task, curve)
+    passed = _find_passed_waypoints(task, curve)
     inside = tuple(_inside(task, leg) for leg in range(task.legs))
     around = Surroundings(Kept.of(still, task.dim), moving, inside, _reach(task))
 
@@ -184,7 +184,7 @@ def _in_durations(task: Task, durations: FloatArray, timing: Timing) -> Timed:
     return looked_at(planned, task, fixed)
 
 
-def _passed_waypoints(task: Task, curve: Trajectory) -> FloatArray:
+def _find_passed_waypoints(task: Task, curve: Trajectory) -> FloatArray:
     """Return where a curve passes its waypoints, the fixed ones as they are, (legs + 1, dim) [m]."""
     passed, fixed = np.array(curve(curve.leg_breaks)), task.lower == task.upper
     passed[fixed] = (task.waypoints + task.lower)[fixed]
@@ -193,7 +193,7 @@ def _passed_waypoints(task: Task, curve: Trajectory) -> FloatArray:
 
 def _line_around(task: Task, curve: Trajectory, kept: Kept) -> list[FloatArray] | None:
     """Return the corners of a line around obstacles for each leg, from where a curve passes its waypoints, or None."""
-    passed, ways = _passed_waypoints(task, curve), []
+    passed, ways = _find_passed_waypoints(task, curve), []
     for leg in range(task.legs):
         way = way_around(kept, passed[leg], passed[leg + 1], _inside(task, leg))
         if way is None:
@@ -213,7 +213,7 @@ def _inside(task: Task, leg: int) -> Inside | None:
     return inside if walls else None
 
 
-def _planned_along(ways: list[FloatArray], task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
+def _plan_along(ways: list[FloatArray], task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
     """Plan with each leg cut at the corners of its way, all of as many, in the polytopes around the segments."""
     parts = len(ways[0]) - 1
     points = np.concatenate([way[:-1] for way in ways] + [ways[-1][-1:]])
@@ -228,7 +228,7 @@ def _planned_along(ways: list[FloatArray], task: Task, timing: Timing, obstacles
 
 def _one_leg_again(task: Task, timed: Timed, parts: int) -> _Around:
     """Return a plan whose legs were cut as one of the task."""
-    curve = _joined(timed.trajectory, parts)
+    curve = _join(timed.trajectory, parts)
     margin = nearest_wall(curve, [wall for wall in task.walls if wall.order == 0])
     known = timed.solved, curve, timed.steps, timed.interrupted
     return _Around(*known, limits_from=timed.limits_from, corridor_margin=None if margin is None else margin.value)
@@ -272,11 +272,11 @@ def _cut(task: Task, corners: FloatArray, parts: int) -> Task:
 
     def finish(curve: Trajectory) -> Trajectory:
         # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
-        return curve.with_yaw(task.finish(_joined(curve, parts)).yaw)
+        return curve.with_yaw(task.finish(_join(curve, parts)).yaw)
 
     return replace(cut, walls=[wall.cut(parts) for wall in task.walls], finish=finish)
 
 
-def _joined(curve: Trajectory, parts: int) -> Trajectory:
+def _join(curve: Trajectory, parts: int) -> Trajectory:
     """Return a curve whose parts belong to one leg again."""
     return made(curve.control_points, curve.durations, curve.pieces * parts, curve.yaw)

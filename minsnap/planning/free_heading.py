@@ -85,7 +85,7 @@ def across(points: FloatArray) -> float:
     return float((main + pi / 2.0) % pi)
 
 
-def best_headed(
+def choose_heading(
     angles: Sequence[float],
     plan: Callable[[float], Plan],
     value: Callable[[Plan], tuple[float, float]],

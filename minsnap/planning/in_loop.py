@@ -112,7 +112,7 @@ def larger(obstacle: Avoided, distance: float) -> list[Avoided]:
     return parts
 
 
-def narrowed(request: PlanRequest, distance: float) -> PlanRequest:
+def narrow_request(request: PlanRequest, distance: float) -> PlanRequest:
     """Return a request with corridor, gates and obstacles that leave a distance [m]."""
     corridor = request.corridor
     if isinstance(corridor, Sampled):
@@ -166,17 +166,17 @@ def plan_in_loop(request: PlanRequest, planned: Callable[[PlanRequest, tuple[str
         return planned(asked, ())
 
     def less(distance: float, limits: Limits | None) -> PlanRequest:
-        return replace(narrowed(asked, distance), limits=limits)
+        return replace(narrow_request(asked, distance), limits=limits)
 
     def followed(less: PlanRequest) -> tuple[Plan, VehicleTube]:
-        curve = planned(less, (told_in_loop(wind),))
+        curve = planned(less, (describe_loop(wind),))
         check_followed(curve)
         return curve, _tube(request, loop, wind, curve)
 
-    return kept_in_loop(loop, wind, request.limits, less, followed)
+    return plan_kept_in_loop(loop, wind, request.limits, less, followed)
 
 
-def told_in_loop(wind: float) -> str:
+def describe_loop(wind: float) -> str:
     """Return the sentence on a plan that leaves room for a loop."""
     return f"planned for a vehicle that keeps all of it in a wind that changes by {wind:g} m/s"
 
@@ -185,7 +185,7 @@ T = TypeVar("T")
 Asked = TypeVar("Asked")
 
 
-def kept_in_loop(
+def plan_kept_in_loop(
     loop: Loop,
     wind: float,
     limits: Limits | None,

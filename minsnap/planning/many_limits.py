@@ -68,7 +68,7 @@ class PlainProblem(NamedTuple):
         return plan(self.points, limits=self.limits, corridor=self.corridor).report
 
 
-def planned_together(
+def plan_together(
     problems: Sequence[PlainProblem | None], threads: int, watch: Callable[[int], None]
 ) -> list[Plan | None]:
     """Plan all that are plain problems, and None in the place of others and of what is left to ``plan``.

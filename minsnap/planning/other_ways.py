@@ -69,14 +69,14 @@ def other_ways(
         A flight along it.
     search : callable
     """
-    for bend in _slowest_bends(way, flown):
-        closed = _closed_off(free, lower, size, way[bend - 1 : bend + 2], way[[0, -1]])
+    for bend in _find_slowest_bends(way, flown):
+        closed = _close_off(free, lower, size, way[bend - 1 : bend + 2], way[[0, -1]])
         other = None if closed is None else search(free & ~closed)
         if other is not None:
             yield other
 
 
-def _slowest_bends(way: FloatArray, flown: Trajectory) -> list[int]:
+def _find_slowest_bends(way: FloatArray, flown: Trajectory) -> list[int]:
     """Return the corners of a way that are passed slowest, those beside which a flight is longest."""
     instants = np.linspace(0.0, flown.duration, 64 * len(way))
     places, speeds = flown(instants)[:, : way.shape[1]], np.linalg.norm(flown(instants, 1), axis=1)
@@ -85,7 +85,7 @@ def _slowest_bends(way: FloatArray, flown: Trajectory) -> list[int]:
     return [int(index) + 1 for index in order[: OTHER_WAYS.bends]]
 
 
-def _closed_off(
+def _close_off(
     free: BoolArray, lower: FloatArray, size: FloatArray, corner: FloatArray, ends: FloatArray
 ) -> BoolArray | None:
     """Return cells from what a bend leads around to what is beyond; None at a straight corner, or beside an end."""

@@ -127,7 +127,7 @@ def plan_many(
     workers = check_threads(threads, InputError)
     told = of_steps(progress, ManyStep, "plan_many")
     with progress_line(told, "planning", _problems_in) as watch:
-        return _solved(ManyProblems(batch, half, ends, walls, others, workers, began, watch), gradients)
+        return _solve(ManyProblems(batch, half, ends, walls, others, workers, began, watch), gradients)
 
 
 def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
@@ -135,16 +135,16 @@ def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
     return lambda done, count: line.show(done / count, f"{done} of {count} problems")
 
 
-def _solved(many: ManyProblems, gradients: bool) -> Trajectories:
+def _solve(many: ManyProblems, gradients: bool) -> Trajectories:
     """Plan in the way that fits the request."""
     widths = many.widths()
     if check_switch("gradients", gradients):
         _check_gradients(many)
     if many.others:
-        return _solved_one_by_one(many, gradients)
+        return _solve_one_by_one(many, gradients)
     if many.corridors is None:
-        return _solved_free(many, gradients)
-    return _solved_one_by_one(many, gradients) if widths is None else _solved_in_tubes(many, widths, gradients)
+        return _solve_free(many, gradients)
+    return _solve_one_by_one(many, gradients) if widths is None else _solve_in_tubes(many, widths, gradients)
 
 
 def _check_gradients(many: ManyProblems) -> None:
@@ -162,33 +162,33 @@ def _check_gradients(many: ManyProblems) -> None:
                 raise InputError(f"gradients are known in walls of {kinds}, not of {type(part).__name__}")
 
 
-def _solved_free(many: ManyProblems, gradients: bool) -> Trajectories:
+def _solve_free(many: ManyProblems, gradients: bool) -> Trajectories:
     """Plan without walls, all at once where the native core is."""
     batch = many.batch
     chains = ManyChains(batch.points, batch.durations, batch.offsets, many.half, many.workers)
     solved = many_optima(chains, many.ends)
     if solved is None:
-        return _solved_one_by_one(many, gradients)
+        return _solve_one_by_one(many, gradients)
     slopes = many_gradients(chains, many.ends) if gradients else None
     how: ReportMaker = LinearSystem(0.0, (perf_counter() - many.began) / max(len(batch), 1), "native")
-    return _mended(many, solved, [how] * len(batch), slopes)
+    return _complete(many, solved, [how] * len(batch), slopes)
 
 
-def _solved_in_tubes(many: ManyProblems, widths: FloatArray, gradients: bool) -> Trajectories:
+def _solve_in_tubes(many: ManyProblems, widths: FloatArray, gradients: bool) -> Trajectories:
     """Plan from rest to rest in tubes, all at once where the native core is."""
     batch = many.batch
     gap = GRADIENT_GAP if gradients else GAP
     chains = ManyChains(batch.points, batch.durations, batch.offsets, many.half, many.workers)
     curves = many_tubes(chains, widths, gradients, gap, many.watch)
     if curves is None:
-        return _solved_one_by_one(many, gradients)
+        return _solve_one_by_one(many, gradients)
     look_over(chains, widths, curves.points, curves.statuses)
     share = (perf_counter() - many.began) / max(len(batch), 1)
     reports = TubeReports(share, curves.figures, owned(batch.points), widths, batch.offsets)
-    return _mended(many, (curves.points, curves.breaks, curves.statuses), reports, curves.slopes)
+    return _complete(many, (curves.points, curves.breaks, curves.statuses), reports, curves.slopes)
 
 
-def _mended(
+def _complete(
     many: ManyProblems, solved: tuple[FloatArray, FloatArray, IntArray], made: Reports, slopes: ManySlopes | None
 ) -> Trajectories:
     """Plan by themselves the problems that the native core left, and wrap all."""
@@ -214,7 +214,7 @@ def _mended(
     return Trajectories(points, batch.durations, breaks, batch.offsets, tuple(errors), reports, many.workers, gradients)
 
 
-def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
+def _solve_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
     """Plan every problem by itself."""
 
     def slopes(index: int) -> Slopes:

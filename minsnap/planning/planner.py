@@ -243,7 +243,7 @@ def plan(
     waypoints = lap_of(waypoints, durations) if closed is True and waypoints is not None else waypoints
     with progress_line(progress, "searching", partial(_steps_in, how.on_interrupt)) as watch:
         if quick is not None:
-            return _shown(quick, watch, how.on_interrupt)
+            return _show_steps(quick, watch, how.on_interrupt)
         request = PlanRequest(
             waypoints=waypoints,
             durations=durations,
@@ -256,7 +256,7 @@ def plan(
             start=start,
             end=end,
             closed=closed,
-            solver=_named_solver(solver),
+            solver=_check_named_solver(solver),
             pins=pins,
             pieces=pieces,
             waypoint_tolerance=waypoint_tolerance,
@@ -266,7 +266,7 @@ def plan(
             wind=wind,
         )
         try:
-            planned = _planned(request, watch)
+            planned = _plan_request(request, watch)
         except MinsnapError as refused:
             LOGGER.info("refused (%s): %s", refused.code, refused)
             raise
@@ -277,13 +277,13 @@ def plan(
         return planned
 
 
-def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...] = ()) -> Plan:
+def _plan_request(request: PlanRequest, watch: Progress | None, said: tuple[str, ...] = ()) -> Plan:
     """Check a request, choose its durations, solve, and report; ``said`` is told in the report, too."""
     if request.tracking is not None or request.wind:
         from minsnap.planning.in_loop import plan_in_loop
 
         task_of(request)
-        return plan_in_loop(request, lambda asked, told: _planned(asked, watch, told))
+        return plan_in_loop(request, lambda asked, told: _plan_request(asked, watch, told))
     from minsnap.durations.allocate import plan_timed
 
     began = perf_counter()
@@ -310,7 +310,7 @@ def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...]
 
         solve = partial(plan_around, timing=timing, obstacles=request.avoid)
     if checks.is_free(request.yaw):
-        timed, told = _freely_headed(task, timing, solve)
+        timed, told = _plan_with_best_heading(task, timing, solve)
         said += told
     else:
         timed = solve(task)
@@ -325,10 +325,12 @@ def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...]
     return as_plan(timed.trajectory, how)
 
 
-def _freely_headed(task: Task, timing: Timing, solve: Callable[[Task], Timed]) -> tuple[Timed, tuple[str, ...]]:
+def _plan_with_best_heading(
+    task: Task, timing: Timing, solve: Callable[[Task], Timed]
+) -> tuple[Timed, tuple[str, ...]]:
     """Plan at the constant heading that serves best within the limits, and say which one it is."""
     from minsnap.limits.compliance import largest_use
-    from minsnap.planning.free_heading import best_headed, headings_for
+    from minsnap.planning.free_heading import choose_heading, headings_for
 
     limits, worth, price = timing.limits, task.deadline.work.worth, timing.time_weight or 0.0
 
@@ -343,7 +345,7 @@ def _freely_headed(task: Task, timing: Timing, solve: Callable[[Task], Timed]) -
 
     what = "flight time" if timing.shortest else "cost"
     angles = headings_for(limits, task.waypoints)
-    headed = best_headed(angles, plan_at, value, what, lambda planned: planned.interrupted)
+    headed = choose_heading(angles, plan_at, value, what, lambda planned: planned.interrupted)
     return headed.plan, (headed.note,)
 
 
@@ -368,7 +370,7 @@ def _least_time(request: PlanRequest, limits: Limits, task: Task, gates: Mapping
     return TimeQuestion(placement, gates, task.end_velocities, limits, named)
 
 
-def _shown(curve: Plan, watch: Progress | None, on_interrupt: str) -> Plan:
+def _show_steps(curve: Plan, watch: Progress | None, on_interrupt: str) -> Plan:
     """Show the steps of a search that was too quick to be watched."""
     if watch is None:
         return curve
@@ -387,7 +389,7 @@ def _steps_in(on_interrupt: str, line: ProgressLine) -> Progress:
     return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
 
 
-def _named_solver(solver: Solver) -> Solver:
+def _check_named_solver(solver: Solver) -> Solver:
     """Return the name of a solver that is installed; see ``check_solver``."""
     checks.check_words(solver=solver)
     if solver == "auto":
@@ -436,7 +438,7 @@ def task_of(request: PlanRequest) -> Task:
             pinned, closed = pinned | {0: rest, len(points) - 1: rest}, False
     walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
-    walls = [_off_holds(wall, points, held) for wall in walls] if held else walls
+    walls = [_drop_walls_of_holds(wall, points, held) for wall in walls] if held else walls
     checks.check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
     return Task(
         waypoints=points,
@@ -455,7 +457,7 @@ def task_of(request: PlanRequest) -> Task:
     )
 
 
-def _off_holds(wall: Walls, points: FloatArray, held: list[int]) -> Walls:
+def _drop_walls_of_holds(wall: Walls, points: FloatArray, held: list[int]) -> Walls:
     """Return walls without those that a hold lies on: a point needs no room there, and a curve has none."""
     if wall.order:
         return wall

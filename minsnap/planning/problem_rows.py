@@ -14,7 +14,7 @@ from minsnap.basics.checks import DERIVATIVES, check_state, free_orders
 from minsnap.basics.messages import shown
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import InputError, MinsnapError, SolverError, TimingError, WaypointError
-from minsnap.planning.many_limits import PlainProblem, planned_together
+from minsnap.planning.many_limits import PlainProblem, plan_together
 from minsnap.planning.planner import plan, task_of
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.trajectories import Slopes, free_slopes
@@ -185,7 +185,7 @@ class ManyProblems:
 
     def all_alone(self) -> list[Trajectory | MinsnapError]:
         """Plan every problem by itself, over threads: plain ones within limits in the native core alone."""
-        together = planned_together([self.plain(index) for index in range(len(self.batch))], self.workers, self._told)
+        together = plan_together([self.plain(index) for index in range(len(self.batch))], self.workers, self._told)
         rest = [index for index, curve in enumerate(together) if curve is None]
         curves: list[Any] = list(together)
         with ThreadPoolExecutor(self.workers) as pool:

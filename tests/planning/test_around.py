@@ -170,7 +170,7 @@ def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
         "pieces": 1,
     }
     asked["avoid"] = Cylinder((3.0, 0.3), 0.5)
-    search, (changed, sentence) = around._planned_around, OFF[off]
+    search, (changed, sentence) = around._plan_around, OFF[off]
     obstacles = [Cylinder((9.0, 9.0), 0.1)] if off == "obstacle" else None
 
     def without(task, timing, known):
@@ -178,6 +178,6 @@ def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
         return search(other, timing, obstacles or known)
 
     minsnap.plan(**asked)
-    monkeypatch.setattr(around, "_planned_around", without)
+    monkeypatch.setattr(around, "_plan_around", without)
     with pytest.raises(SolverError, match=f"refused at the last look: .*{sentence}"):
         minsnap.plan(**asked)

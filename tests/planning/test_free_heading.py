@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap import Limits
 from minsnap.errors import InfeasibleError, YawError
-from minsnap.planning.free_heading import SETTINGS, across, best_headed, headings_for
+from minsnap.planning.free_heading import SETTINGS, across, choose_heading, headings_for
 from minsnap.vehicle.quadrotor import named_vehicle
 
 POINTS = np.array([(0, 0, 1), (4, 1, 1), (2, 5, 2), (-1, 2, 1)], dtype=float)
@@ -80,12 +80,12 @@ def test_a_heading_without_a_plan_is_left_out_and_a_proof_ends_all():
             raise minsnap.SolverError("no plan")
         return angle
 
-    headed = best_headed([1.0, 0.0, 2.0], plan, lambda one: (one, 0.0), "time", lambda one: False)
+    headed = choose_heading([1.0, 0.0, 2.0], plan, lambda one: (one, 0.0), "time", lambda one: False)
     assert headed.angle == 1.0 and headed.note.endswith("at 0 degrees no plan was found")
-    ended = best_headed([1.0, 0.0], plan, lambda one: (one, 0.0), "time", lambda one: True)
+    ended = choose_heading([1.0, 0.0], plan, lambda one: (one, 0.0), "time", lambda one: True)
     assert "the best of 1 tried" in ended.note
     with pytest.raises(minsnap.SolverError, match="no plan"):
-        best_headed([0.0], plan, lambda one: (one, 0.0), "time", lambda one: False)
+        choose_heading([0.0], plan, lambda one: (one, 0.0), "time", lambda one: False)
     tight = Limits.of(named_vehicle("crazyflie"), reserve=0.1, speed=1.0)
     with pytest.raises(InfeasibleError, match="too short"):
         minsnap.plan(POINTS, total_time=1.0, limits=tight, yaw="free")

@@ -28,7 +28,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import BUILT_UP, ORDINARY
 from minsnap.limits.uses_over_time import legs_within
 from minsnap.paths.missions.course import Course, Section, Stop, section_of
-from minsnap.planning.free_heading import best_headed, headings_for
+from minsnap.planning.free_heading import choose_heading, headings_for
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
 from minsnap.planning.request import PlanRequest
@@ -248,7 +248,7 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
 def _kept_by_the_vehicle(course: Course, planned: Callable[[Course], Mission]) -> Mission:
     """Plan a course so that the vehicle in its loop keeps it, in a wind that changes by at most the course's."""
     from minsnap.paths.missions.narrower_course import narrower_course, wider_walls
-    from minsnap.planning.in_loop import kept_in_loop, told_in_loop
+    from minsnap.planning.in_loop import describe_loop, plan_kept_in_loop
     from minsnap.vehicle_tube import check_followed, check_tracking
 
     loop, change = course.tracking, check_tracking(course.tracking, course.wind or 0.0)
@@ -260,16 +260,16 @@ def _kept_by_the_vehicle(course: Course, planned: Callable[[Course], Mission]) -
         mission = planned(asked[0])
         check_followed(mission.trajectory)
         walls = tuple(wider_walls(wall, asked[1]) for wall in mission.corridor)
-        said = (*mission.said, told_in_loop(change))
+        said = (*mission.said, describe_loop(change))
         kept = replace(mission, course=course, limits=course.bounds, corridor=walls, said=said)
         return kept, kept.in_loop(loop, change)
 
-    return kept_in_loop(loop, change, course.bounds, less, followed)
+    return plan_kept_in_loop(loop, change, course.bounds, less, followed)
 
 
 def _freely_headed(course: Course, planning: dict[str, Any]) -> Mission:
     """Plan the whole flight at the constant heading that serves best, which its notes say."""
-    headed = best_headed(
+    headed = choose_heading(
         headings_for(course.bounds, course.centers),
         lambda angle: _planned(course.changed(yaw=angle), planning),
         lambda mission: (mission.trajectory.duration, largest_use(mission.limits, mission.trajectory)),
