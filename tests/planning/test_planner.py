@@ -111,7 +111,6 @@ def test_a_corridor_kept_at_samples_only_is_cheaper_and_leaves_it():
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ({"room": ((-1, -1, 0), (9, 5, 3))}, "Room(lower, upper)"),
         ({"split": "distance"}, "search=Search(split="),
         ({"time_weight": 2.0}, "search=Search(time_weight="),
         ({"enforce": "qp"}, "write nothing in its place, since limits hold"),
