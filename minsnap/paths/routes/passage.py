@@ -29,11 +29,12 @@ AVOIDED = 1000.0
 """Factor on the length of steps to and from cells that are avoided."""
 
 
-def shortest_way(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray) -> IntArray | None:
-    """Return the corners of a way from start to goal: cells (m, dim), or None if there is no way.
+def shortest_way(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray) -> FloatArray | None:
+    """Return the corners of a way from start to goal, (m, dim), in cells from the center of the first; or None.
 
     Its lines have any angle, and touch free cells alone; see :func:`minsnap.native.map_ways.grid_way`. On large grids
-    the way is looked for in blocks of cells first, so that it is about the shortest among those of blocks.
+    the way is looked for in blocks of cells first, so that it is about the shortest among those of blocks, and its
+    corners are the centers of blocks, which lie between cells.
 
     Parameters
     ----------
@@ -45,11 +46,15 @@ def shortest_way(free: BoolArray, size: FloatArray, start: IntArray, goal: IntAr
         Cells.
     """
     coarse = _in_blocks(free, size, start, goal) if free.size > LARGE else None
-    return grid_way(free, size, start, goal) if coarse is None else coarse
+    found = grid_way(free, size, start, goal) if coarse is None else coarse
+    return None if found is None else np.asarray(found, dtype=np.float64)
 
 
-def _in_blocks(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray) -> IntArray | None:
-    """Return a way through free blocks of 2 cells a side, with start and goal added; None if their blocks are not."""
+def _in_blocks(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray) -> FloatArray | None:
+    """Return a way through free blocks of 2 cells a side, with start and goal added; None if their blocks are not.
+
+    It goes through the centers of blocks, whose lines are known to be free: those of their first cells touch others.
+    """
     shape = tuple(length // 2 for length in free.shape)
     whole = free[tuple(slice(0, 2 * length) for length in shape)]
     blocks = whole.reshape([part for length in shape for part in (length, 2)])
@@ -58,7 +63,19 @@ def _in_blocks(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArra
     if not all(coarse[tuple(end)] and (cell // 2 == end).all() for end, cell in zip(ends, (start, goal), strict=True)):
         return None
     way = shortest_way(coarse, 2.0 * size, ends[0], ends[1])
-    return None if way is None else np.vstack((start, 2 * way[1:-1], goal))
+    return None if way is None else _without_inner_ends(free, np.vstack((start, 2.0 * way + 0.5, goal)))
+
+
+def _without_inner_ends(free: BoolArray, way: FloatArray) -> FloatArray:
+    """Leave out the corners beside the first and the last one where the line is as free without them."""
+    for inner in (1, -2):
+        if len(way) == 2:
+            break
+        without = np.delete(way, inner, axis=0)
+        pair = without[:2] if inner == 1 else without[-2:]
+        cells = visited(np.array(free.shape), pair + 0.5, np.ones(free.ndim), np.zeros(free.ndim))
+        way = without if _all_free(free, cells) else way
+    return way
 
 
 def _least_narrow_way(

@@ -80,6 +80,25 @@ def test_a_way_in_blocks_is_free_and_at_most_a_little_longer(monkeypatch):
     assert free[tuple(np.round(inner).astype(int).T)].all()
 
 
+@pytest.mark.parametrize("shape", [(40, 31), (13, 12, 9)])
+@pytest.mark.parametrize("large", [40, 400])
+def test_a_way_in_blocks_touches_free_cells_alone(monkeypatch, shape, large):
+    """Lines between the first cells of blocks touched others, and the route was refused; blocks of blocks too."""
+    monkeypatch.setattr(passage, "LARGE", large)
+    draw, size, found = np.random.default_rng(1), np.ones(len(shape)), 0
+    for _ in range(60):
+        free = np.ones(shape, dtype=bool)
+        for corner in draw.integers(0, shape, (6, len(shape))):
+            free[tuple(slice(at, at + 3) for at in corner)] = False
+        start, goal = draw.integers(0, shape), draw.integers(0, shape)
+        free[tuple(start)] = free[tuple(goal)] = True
+        way = shortest_way(free, size, start, goal)
+        if way is not None:
+            assert (way[0] == start).all() and (way[-1] == goal).all() and touches_free_cells_alone(way, free)
+            found += bool((way % 1.0).any())
+    assert found > 10
+
+
 def test_a_gap_of_one_cell_is_found_where_no_block_passes(monkeypatch):
     free = np.ones((40, 40), dtype=bool)
     free[20] = False
