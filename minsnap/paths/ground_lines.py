@@ -95,7 +95,7 @@ class GroundLines:
         for _ in range(GROUND.halved + 1):
             places = np.linspace(line[0, :2], line[1, :2], count + 1)
             try:
-                flown = self._flown(np.column_stack([places, self._ground(places) + self.height]), pace)
+                flown = self._flown(np.column_stack([places, self.terrain.at(places) + self.height]), pace)
             except (WaypointError, InfeasibleError) as error:
                 count, why = 2 * count, f"{error}"
                 continue
@@ -129,25 +129,6 @@ class GroundLines:
     def _walls(self, points: FloatArray, share: float) -> Any:
         room = share * self.within
         return build_terrain_walls(self.terrain, points, self.height - room, self.height + room, GROUND.beside)
-
-    def _ground(self, places: FloatArray) -> FloatArray:
-        """Return the height of the ground at places (n, 2), bilinear between those of the grid [m]."""
-        reach = self.terrain.reach
-        if (places < reach[0]).any() or (places > reach[1]).any():
-            ends = ", ".join(f"{axis} from {a:.6g} to {b:.6g} m" for axis, (a, b) in zip("xy", reach.T, strict=True))
-            raise ShapeError(f"a line leads beyond the heights of {self.terrain.name}, which are known for {ends}")
-        cells = (places - self.terrain.middle) / self.terrain.side
-        first = np.minimum(np.floor(cells).astype(int), np.array(self.terrain.heights.shape) - 2)
-        u, v = (cells - first).T
-        at = self.terrain.heights
-        i, j = first.T
-        low = (1.0 - u) * at[i, j] + u * at[i + 1, j]
-        high = (1.0 - u) * at[i, j + 1] + u * at[i + 1, j + 1]
-        ground = (1.0 - v) * low + v * high
-        if np.isnan(ground).any():
-            x, y = places[np.isnan(ground)][0]
-            raise ShapeError(f"a line leads over ground of unknown height, at ({x:.6g}, {y:.6g}) m")
-        return np.asarray(ground)
 
     def check(self, parts: list[Trajectory]) -> None:
         """Refuse turns and ends of a survey that come nearer to the ground than its lines may.

@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import minsnap
-from minsnap.errors import FileError, WaypointError
+from minsnap.errors import FileError, ShapeError, WaypointError
 from minsnap.paths.routes import Terrain, read_terrain
 from minsnap.paths.routes.terrain_walls import build_terrain_walls
 
@@ -34,6 +34,28 @@ def test_a_grid_has_its_last_row_at_the_corner(tmp_path):
     assert found.middle == pytest.approx([0.0, 5.5]) and found.side == 10.0
     (tmp_path / "c.asc").write_text(HEAD.upper().replace("CORNER", "CENTER") + "1 2 3 4 5.5 -9999")
     assert read_terrain(tmp_path / "c.asc").middle == pytest.approx([-5.0, 0.5])
+
+
+@pytest.mark.parametrize("shape", [(2,), (40, 2), (5, 4, 2)])
+def test_the_ground_is_bilinear_between_its_heights(shape):
+    ground, random = hills(3), np.random.default_rng(3)
+    places = random.uniform(*ground.reach, shape)
+    assert ground.at(places) == pytest.approx(surface(ground)(places).reshape(shape[:-1]), abs=1e-12)
+    for corner in (0, 1):
+        assert ground.at(ground.reach[corner]) == pytest.approx(ground.heights[-corner, -corner])
+
+
+def test_ground_that_is_not_known_is_refused_with_where(tmp_path):
+    (tmp_path / "g.asc").write_text(HEAD + "1 2 3\n4 5.5 -9999\n")
+    found = read_terrain(tmp_path / "g.asc")
+    with pytest.raises(
+        ShapeError, match=r"\(99, 6\) m is beyond .* x from 0 to 20 m, y from 5.5 to 15.5 m"
+    ):
+        found.at([(1, 6), (99, 6)])
+    with pytest.raises(ShapeError, match=r"is not known at \(18, 6\) m"):
+        found.at((18, 6))
+    with pytest.raises(ShapeError, match="give x and y of each"):
+        found.at((1, 2, 3))
 
 
 @pytest.mark.parametrize("seed", range(6))
