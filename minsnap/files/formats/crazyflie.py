@@ -92,7 +92,7 @@ def compressed(trajectory: Trajectory) -> bytes:
         pieces, fits = len(trajectory.durations), pieces_that_fit(trajectory)
         raise FileError(
             f"{pieces} pieces take {len(content)} bytes, {len(content) - MEMORY} above the memory's {MEMORY}: "
-            f"the first {fits} would fit; fly it in parts"
+            f"the first {fits} would fit; {_fewer(trajectory)}fly it in parts"
         )
     if unpacked(content[8:], struct.unpack_from("<4h", content))[1][:, 3].any():
         told = f"firmware before {FIXED_YAW} flies a compressed yaw wrongly: update it, or plan with yaw=0"
@@ -295,9 +295,8 @@ def crazyflie_rows(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) 
         trajectory = trajectory.between(0.0, half).then(trajectory.between(half, trajectory.duration))
     pieces = len(trajectory.durations)
     if max_pieces is not None and pieces > max_pieces:
-        raise FileError(
-            f"{pieces} pieces do not fit the Crazyflie's memory of {max_pieces}: {_smaller(trajectory)}fly it in parts"
-        )
+        remedies = _smaller(trajectory) + _fewer(trajectory)
+        raise FileError(f"{pieces} pieces do not fit the Crazyflie's memory of {max_pieces}: {remedies}fly it in parts")
     axes = position_powers(trajectory, DEGREE).transpose(0, 2, 1).reshape(pieces, -1)
     return np.hstack([trajectory.durations[:, None], axes, yaw_powers(trajectory, DEGREE)])
 
@@ -309,6 +308,12 @@ def _smaller(trajectory: Trajectory) -> str:
     except MinsnapError:
         return ""
     return f"write the format crazyflie-compressed (.traj), in which {fit} of them fit, or "
+
+
+def _fewer(trajectory: Trajectory) -> str:
+    """Name the plan of fewer pieces, where legs have several."""
+    said = f"plan it with one polynomial a leg (pieces=1, --pieces 1), which makes {trajectory.legs}, or "
+    return said if trajectory.pieces > 1 else ""
 
 
 def read_crazyflie(path: FileName) -> Trajectory:

@@ -48,9 +48,7 @@ def test_the_ground_is_bilinear_between_its_heights(shape):
 def test_ground_that_is_not_known_is_refused_with_where(tmp_path):
     (tmp_path / "g.asc").write_text(HEAD + "1 2 3\n4 5.5 -9999\n")
     found = read_terrain(tmp_path / "g.asc")
-    with pytest.raises(
-        ShapeError, match=r"\(99, 6\) m is beyond .* x from 0 to 20 m, y from 5.5 to 15.5 m"
-    ):
+    with pytest.raises(ShapeError, match=r"\(99, 6\) m is beyond .* x from 0 to 20 m, y from 5.5 to 15.5 m"):
         found.at([(1, 6), (99, 6)])
     with pytest.raises(ShapeError, match=r"is not known at \(18, 6\) m"):
         found.at((18, 6))
