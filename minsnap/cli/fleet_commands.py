@@ -303,7 +303,8 @@ def _page(
     request = example_scene() if file is None else open_scene(file)
     shown = None if obstacles is None else read_obstacles(obstacles)
     room = CLEARANCE if clearance is None else clearance
-    return Studio(request, WorkingFolder(folder, file, obstacles), host, port, obstacles=shown, clearance=room)
+    kept = WorkingFolder(folder, file, obstacles)
+    return Studio(request, kept, host, port, obstacles=shown, clearance=room, welcome=file is None)
 
 
 def _fleet(

@@ -335,11 +335,11 @@ def _other_vehicle(mission: Mission, destination: Destination) -> str:
     return f"the course is planned for {course.name}, and the feed-forward offsets the drag of {offset.name}"
 
 
-POINT_OPTIONS = ("--start", "--goal")
+POINT_OPTIONS = ("--start", "--goal", "--origin")
 
 
 class PointCommand(TyperCommand):
-    """A command whose options ``--start`` and ``--goal`` take two or three numbers each."""
+    """A command whose options ``--start``, ``--goal`` and ``--origin`` take two or three numbers each."""
 
     def parse_args(self, context: Any, args: list[str]) -> list[str]:
         """Join the numbers after such an option to one text before the command reads them."""
@@ -409,6 +409,7 @@ def route(
     start: Annotated[str, "X Y [Z]", "Where to fly from [m]."],
     goal: Annotated[str, "X Y [Z]", "Where to fly to [m]."],
     fence: Annotated[Path | None, "FILE", "Geofence of a QGroundControl plan (.plan), in metres from its home."] = None,
+    studio: Annotated[bool, "Show map, polytopes and flight in the browser, until Ctrl-C."] = False,
 ) -> None:
     """Plan from a start to a goal through the free cells of a map.
 
@@ -430,6 +431,10 @@ def route(
     how: dict[str, Any] = {"corridor": planned.corridor, "limits": planned.limits, "further": figures}
     how["draw"] = lambda **view: minsnap.plot.plot_route(planned, title=name_as_text(map_file.name), **view)
     destination.deliver(planned.trajectory, **how)
+    if studio:
+        from minsnap.studio import show
+
+        show(planned, block=True)
 
 
 def _source(file: Path, transpose: bool) -> Any:

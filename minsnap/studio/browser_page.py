@@ -144,11 +144,14 @@ FILLED = 0.8
 NEAREST = 2.0
 """[m]."""
 
-PLOTS = 280
-"""Width of the panel of plots [pixels]."""
+PLOTS, CONTROLS = 250, 310
+"""Widths of the panel of plots and of the panel of controls [pixels]."""
 
-NARROW = 1100
-"""Width of a window below which it opens with that panel folded, such as that of a tablet [pixels]."""
+NARROW = 900
+"""Width of a scene below which a page opens with the plots folded, so that the scene has most of it [pixels]."""
+
+PHONE, SHEET = 576, 0.45
+"""Width of a window in which the controls are a sheet at the lower edge [pixels], and its share of the height."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +200,7 @@ class Player:
         The time, and how long what is flown takes [s].
     """
 
-    def __init__(self, gui: Any, moved: Callable[[float], None], label: str = "Fly along the plan") -> None:
+    def __init__(self, gui: Any, moved: Callable[[float], None], label: str = "Fly the plan") -> None:
         self._moved = moved
         self.now, self.duration = 0.0, 1.0
         self._slider = gui.add_slider("Time [s]", min=0.0, max=1.0, step=0.01, initial_value=0.0)
@@ -252,7 +255,7 @@ class Player:
             self.seek((self.now + elapsed) % self.duration)
 
 
-def framing(points: FloatArray, fov: float, aspect: float) -> tuple[FloatArray, FloatArray]:
+def framing(points: FloatArray, fov: float, aspect: float, hidden: float = 0.0) -> tuple[FloatArray, FloatArray]:
     """Return where the camera stands and what it looks at, so that points (n, 3) [m] are all within the picture.
 
     Parameters
@@ -263,6 +266,8 @@ def framing(points: FloatArray, fov: float, aspect: float) -> tuple[FloatArray, 
         Vertical angle of view [rad].
     aspect : float
         Width of the picture by its height.
+    hidden : float
+        Share of the picture, from its lower edge, that a panel lies over.
     """
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
     right = np.cross(-DIRECTION, [0.0, 0.0, 1.0])
@@ -270,15 +275,18 @@ def framing(points: FloatArray, fov: float, aspect: float) -> tuple[FloatArray, 
     offsets = points - center
     half = FILLED * np.tan(0.5 * fov)
     across = np.abs(offsets @ right) / (half * aspect)
-    upwards = np.abs(offsets @ np.cross(right, -DIRECTION)) / half
+    up = np.cross(right, -DIRECTION)
+    upwards = np.abs(offsets @ up) / (half * (1.0 - hidden))
     away = max(float((np.maximum(across, upwards) + offsets @ DIRECTION).max()), NEAREST)
+    center = center - hidden * np.tan(0.5 * fov) * away * up
     return center + away * DIRECTION, center
 
 
 def frame(client: Any, points: FloatArray) -> FloatArray:
     """Let the camera of a browser see points, shape (n, 3) [m]; return where it stands."""
     camera = client.camera  # the picture of a hidden page has no pixels
-    place, center = framing(points, camera.fov, max(camera.image_width, 1) / max(camera.image_height, 1))
+    width, height = max(camera.image_width, 1), max(camera.image_height, 1)
+    place, center = framing(points, camera.fov, width / height, SHEET if width < PHONE else 0.0)
     with client.atomic():
         camera.position, camera.look_at = place, center
     return place
@@ -316,11 +324,23 @@ class Page:
         self._closed = threading.Event()
         self._lock = threading.RLock()
         gui = self._server.gui
-        gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+        self._dark = False
+        self._dress()
         gui.set_panel_label("minsnap studio")
         gui.main_panel.dock_right()
+        gui.main_panel.set_width(CONTROLS)
         gui.add_html(SCRIPT)
         self._server.scene.configure_default_lights(cast_shadow=False)
+
+    def _dress(self) -> None:
+        """Give the page its theme, light or dark."""
+        how = {"show_logo": False, "show_share_button": False, "dark_mode": self._dark}
+        self._server.gui.configure_theme(**how)
+
+    def darken(self) -> None:
+        """Make the page dark, or light again."""
+        self._dark = not self._dark
+        self._dress()
 
     @property
     def now(self) -> float:

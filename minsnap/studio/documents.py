@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -21,9 +21,10 @@ from minsnap.basics.storage.atomic import refuse_source
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors import Boxes, Constraint, Room, Tube, as_constraints, named_obstacles
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
-from minsnap.files import RATE, FileRequest, Opening, besides_rotors, read_request, write_any, write_request
-from minsnap.limits import Limits, VehicleLimits, check_one_speed
+from minsnap.files import RATE, RESERVE, FileRequest, Opening, besides_rotors, read_request, write_any, write_request
+from minsnap.limits import Limits, VehicleLimits, check_one_speed, completed
 from minsnap.paths.missions import Course, is_course, read_course
+from minsnap.studio.edits import with_gate
 from minsnap.studio.workbench import BenchState, PlannedScene
 from minsnap.trajectory import Trajectory
 from minsnap.vehicle import VEHICLES, preset_of
@@ -167,6 +168,38 @@ def example_scene() -> FileRequest:
     """Return the scene of a studio without a file: the rectangle of 8 by 4 m in 12 s, 0.3 m to each side."""
     corners = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0))
     return FileRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
+
+
+def _example_gates() -> FileRequest:
+    """Return a lap through four gates, in the shortest time within limits."""
+    points = ((0.0, 0.0, 1.5), (6.0, -1.5, 2.0), (10.0, 3.0, 1.2), (4.0, 6.0, 2.4), (0.0, 0.0, 1.5))
+    scene = FileRequest(points, limits=tuple(completed({"speed": 6.0, "acceleration": 12.0}).items()), pieces="auto")
+    for gate in (1, 2, 3):
+        scene = with_gate(scene, gate, True, 0.2)
+    return replace(scene, vehicle="dji_f330", yaw="velocity")
+
+
+def _example_obstacles() -> FileRequest:
+    """Return an inspection among pillars and a wall, in a room."""
+    pillars = (("cylinder", (3.0, 0.2, 0.5)), ("cylinder", (6.5, 2.2, 0.6)), ("cuboid", (3.0, 3.6, 0.0, 5.0, 4.4, 2.6)))
+    points = ((0.0, 0.0, 1.2), (8.0, 0.5, 1.6), (7.0, 5.0, 2.0), (0.5, 4.0, 1.2))
+    room = ((-2.0, -2.0, 0.2), (10.0, 7.0, 4.0))
+    return FileRequest(points, avoid=pillars, room=room, vehicle="dji_f330").within_ordinary()
+
+
+def _example_rotors() -> FileRequest:
+    """Return three legs as quickly as the rotors of a Crazyflie allow."""
+    points = ((0.0, 0.0, 0.5), (2.0, 0.0, 1.2), (2.0, 2.0, 0.8), (0.0, 2.0, 1.5))
+    return FileRequest(points, rotors=RESERVE, vehicle="crazyflie", pieces="auto")
+
+
+EXAMPLES: dict[str, Callable[[], FileRequest]] = {
+    "A rectangle in a corridor": example_scene,
+    "Gates, as quickly as limits allow": _example_gates,
+    "Around obstacles, in a room": _example_obstacles,
+    "What the rotors of a Crazyflie can": _example_rotors,
+}
+"""Scenes that a page offers which was opened without a file."""
 
 
 def open_scene(path: FileName) -> FileRequest:

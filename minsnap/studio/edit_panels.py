@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import FileError
@@ -19,7 +20,7 @@ from minsnap.flight.simulation.simulated_flight import Flight, simulate
 from minsnap.limits import completed
 from minsnap.studio import edits
 from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
-from minsnap.studio.path_view import GateView, PathView, WaypointView
+from minsnap.studio.path_view import GateView, WaypointView
 from minsnap.studio.wall_view import NO_FACES, WallView
 from minsnap.studio.workbench import BenchState, Present
 from minsnap.trajectory import Trajectory
@@ -60,12 +61,14 @@ class RoutePanel:
         view.when_clicked(self.choose)
         self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
         self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self.choose)
-        when_changed(gui.add_button_group("Order", tuple(ORDER)), self.reorder)
+        acts = "Add one after the chosen waypoint, delete it, or fly through it earlier or later"
+        when_changed(gui.add_button_group("Chosen one", tuple(ORDER), hint=acts), self.reorder)
         self._gate, gated = gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None
-        bind(self._gate, gated, self._at(edits.with_gate))
+        bind(self._gate, gated, self._at(gate_with_room))
         self._size = gui.add_vector2("Width, height [m]", (1.0, 1.0), min=(0.05, 0.05), step=0.05, visible=False)
         bind(self._size, self._size_of_gate, self._at(edits.resize_gate), "gate")
-        self._margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
+        room = "How far from its edges the gate is passed: the reach of the vehicle, and what its control needs"
+        self._margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, hint=room, visible=False)
         bind(self._margin, lambda r: (self._opening(r) or (None,))[-1], self._at(edits.set_margin), "margin")
         bind(gui.add_checkbox("Closed lap", False), lambda request: request.closed, _closed)
         bind(gui.add_dropdown("Heading", HEADINGS), _heading, _headed)
@@ -121,6 +124,12 @@ class RoutePanel:
         return (self._inputs.edits(self._inputs.gui.add_number(f"{index}", 0.0, step=1.0), change, f"heading {index}"),)
 
 
+def gate_with_room(request: FileRequest, index: int, wanted: bool) -> FileRequest:
+    """Return the request with a gate at a waypoint that the vehicle's reach fits through, or without it."""
+    craft = named_vehicle(request.vehicle or DRAWN)
+    return edits.with_gate(request, index, wanted, float(np.ceil(20.0 * craft.arm_length) / 20.0))
+
+
 def _closed(request: FileRequest, wanted: bool) -> FileRequest:
     return request.as_lap() if wanted else replace(request, closed=False)
 
@@ -160,7 +169,8 @@ class CorridorPanel:
         self._rows = InputRows(gui.add_folder("Half-width per leg [m]"), self._row)
         self._checkbox("Corridor: a box around each leg", "boxes", edits.with_boxes)
         self._checkbox("Room around all legs", "room", edits.with_room)
-        self._faces = when_changed(gui.add_dropdown("Faces to drag", (NO_FACES,)), self._choose)
+        shown = "Shows handles in the scene, one on each face of the room or of a box"
+        self._faces = when_changed(gui.add_dropdown("Drag faces of", (NO_FACES,), hint=shown), self._choose)
         for side, label in enumerate(("Lower corner", "Upper corner")):
             corner = gui.add_vector3(label, (float(side),) * 3, step=0.05, visible=False)
             self._inputs.bind(corner, partial(self._corner, side), partial(self._with_corner, side), f"corner {side}")
@@ -240,7 +250,8 @@ class TimePanel:
 
     def __init__(self, inputs: Inputs) -> None:
         self._inputs, gui, bind = inputs, inputs.gui, inputs.bind
-        bind(gui.add_dropdown("Time from", MODES), _mode, self._timed)
+        given = "Durations of legs; a total, split for the least cost; or limits: the shortest time that keeps them"
+        bind(gui.add_dropdown("Time set by", MODES, hint=given), _mode, self._timed)
         total = gui.add_slider("Total [s]", min=0.5, max=60.0, step=0.1, initial_value=12.0)
         timed = lambda request, seconds: replace(request, total_time=float(seconds), durations=None)  # noqa: E731
         bind(total, lambda request: request.total_time, timed, "total time")
@@ -332,14 +343,14 @@ class VehiclePanel:
     ----------
     inputs : Inputs
         Its own.
-    path : PathView
-        Where simulated flights are drawn.
+    overlay : callable
+        Draws the positions of a simulated flight, or removes it.
     state : callable
         Returns what is shown.
     """
 
-    def __init__(self, inputs: Inputs, path: PathView, state: Present) -> None:
-        self._inputs, self._path, self._state, gui = inputs, path, state, inputs.gui
+    def __init__(self, inputs: Inputs, overlay: Callable[[FloatArray | None], None], state: Present) -> None:
+        self._inputs, self._overlay, self._state, gui = inputs, overlay, state, inputs.gui
         vehicle = gui.add_dropdown("Vehicle", VEHICLES, initial_value=DRAWN)
         self._inputs.bind(vehicle, lambda r: r.vehicle or DRAWN, lambda r, name: replace(r, vehicle=name))
         self._size = gui.add_html("")
@@ -357,7 +368,7 @@ class VehiclePanel:
         planned = None if state.planned is None else state.planned.trajectory
         if self._flight_of is not None and planned not in (None, self._flight_of):
             self._flight_of = None
-            self._path.overlay(None)
+            self._overlay(None)
             self._flown.content = ""
 
     def _fly(self) -> None:
@@ -372,7 +383,7 @@ class VehiclePanel:
             self._flown.content = ""
             raise
         self._flight_of = planned.trajectory
-        self._path.overlay(flight.position)
+        self._overlay(flight.position)
         self._flown.content = table(flown(flight))
 
 

@@ -99,8 +99,11 @@ def move_in_order(request: FileRequest, index: int, step: int) -> FileRequest:
     return _grown(replace(request, waypoints=points, yaw=yaw, openings=_renumbered(request, order)))
 
 
-def with_gate(request: FileRequest, index: int, wanted: bool) -> FileRequest:
-    """Return the request with a gate of 1 m by 1 m at a waypoint, across the way to it and from it, or without it."""
+def with_gate(request: FileRequest, index: int, wanted: bool, margin: float = 0.0) -> FileRequest:
+    """Return the request with a gate of 1 m by 1 m at a waypoint, across the way to it and from it, or without it.
+
+    ``margin`` is how far from its edges the gate is passed [m].
+    """
     others = tuple(gate for gate in request.openings if gate.waypoint != index)
     if not wanted:
         return replace(request, openings=others)
@@ -109,7 +112,7 @@ def with_gate(request: FileRequest, index: int, wanted: bool) -> FileRequest:
     along[2] = 0.0
     heading = along / np.linalg.norm(along) if along.any() else np.array([1.0, 0.0, 0.0])
     corners = Gate(points[index], heading, GATE).corners
-    return replace(request, openings=tuple(sorted((*others, Opening(index, _points(corners), 1)))))
+    return replace(request, openings=tuple(sorted((*others, Opening(index, _points(corners), 1, margin)))))
 
 
 def reshape_gate(request: FileRequest, index: int, matrix: FloatArray) -> FileRequest:

@@ -6,18 +6,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate
 from minsnap.files import FILE_ONLY, FileRequest, request_text
-from minsnap.studio.documents import ENDINGS, EXPORTS, WorkingFolder, open_upload, save_as
+from minsnap.studio.documents import ENDINGS, EXAMPLES, EXPORTS, WorkingFolder, open_upload, save_as
 from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
 from minsnap.studio.obstacle_view import CLEARANCE
 from minsnap.studio.page_inputs import Editor, copyable, precise, sentence, table, when_changed, when_clicked
+from minsnap.studio.path_view import FLIGHT, GHOST
+from minsnap.studio.plan_drawing import legend
 from minsnap.studio.workbench import BenchState, Present
-from minsnap.trajectory import cost_unit
+from minsnap.trajectory import Trajectory, cost_unit
 
 END = "END_OF_REQUEST"
 """The line that ends the text of the request in a shell."""
@@ -78,6 +80,49 @@ def without_obstacles(request: FileRequest) -> FileRequest:
     return replace(request, avoid=())
 
 
+def add_upload(
+    gui: Any, editor: Editor, label: str, endings: tuple[str, ...], act: Callable[[str, bytes], None]
+) -> None:
+    """Add a button that takes a file of the browser, and does something with its name and content."""
+    button = gui.add_upload_button(label, mime_type=",".join(endings))
+
+    async def uploaded(event: Any) -> None:
+        value = event.target.value
+        editor.later(lambda: act(value.name, value.content))
+
+    button.on_upload(uploaded)
+
+
+def add_opening(gui: Any, editor: Editor, folder: WorkingFolder, label: str) -> None:
+    """Add a button that opens a scene of a file of the browser."""
+    act = lambda name, content: take_up(editor, open_upload(name, content, folder))  # noqa: E731
+    add_upload(gui, editor, label, ENDINGS, act)
+
+
+def take_up(editor: Editor, request: FileRequest) -> None:
+    """Edit another scene from now on, and see all of it."""
+    editor.edit(lambda before: request)
+    editor.frame()
+
+
+WELCOME = (
+    "Drag a waypoint: the path is planned again, and what stands above is proved for all of the flight. "
+    "Begin with an example, or with a file of your own."
+)
+
+
+def add_welcome(gui: Any, editor: Editor, folder: WorkingFolder) -> None:
+    """Add what a page without a file begins with: examples, and a button that opens a file."""
+    gui.add_html(sentence(WELCOME))
+
+    def offer(name: str, scene: Callable[[], FileRequest]) -> None:
+        when_clicked(gui.add_button(name, color="gray"), lambda client: take_up(editor, scene()))
+
+    for name, scene in EXAMPLES.items():
+        offer(name, scene)
+    add_opening(gui, editor, folder, "Open mine (YAML, CSV, .plan, .json)")
+
+
 class FilePanel:
     """Opening and saving.
 
@@ -105,7 +150,7 @@ class FilePanel:
     ) -> None:
         self._gui, self._editor, self._folder, self._state = gui, editor, folder, state
         self._obstacles = obstacles
-        self._upload("Open a scene (YAML, CSV, .plan)", ENDINGS, self._open)
+        add_opening(gui, editor, folder, "Open a scene (YAML, CSV, .plan)")
         self._upload("Avoid obstacles (.npz, CSV)", (".npz", ".csv"), self._shown(OBSTACLE_ENDINGS, read_obstacles))
         self._clearance = precise(gui.add_number("Room around them [m]", CLEARANCE, min=0.0, step=0.05))
         when_clicked(gui.add_button("Remove all obstacles"), lambda client: editor.edit(without_obstacles))
@@ -124,18 +169,7 @@ class FilePanel:
         when_clicked(gui.add_button("Copy as command line"), lambda client: self._tell(client, as_command, "Shell"))
 
     def _upload(self, label: str, endings: tuple[str, ...], act: Callable[[str, bytes], None]) -> None:
-        button = self._gui.add_upload_button(label, mime_type=",".join(endings))
-
-        async def uploaded(event: Any) -> None:
-            value = event.target.value
-            self._editor.later(lambda: act(value.name, value.content))
-
-        button.on_upload(uploaded)
-
-    def _open(self, name: str, content: bytes) -> None:
-        request = open_upload(name, content, self._folder)
-        self._editor.edit(lambda before: request)
-        self._editor.frame()
+        add_upload(self._gui, self._editor, label, endings, act)
 
     def _shown(self, endings: tuple[str, ...], read: Callable[[Path], Obstacles]) -> Callable[[str, bytes], None]:
         def show(name: str, content: bytes) -> None:
@@ -167,6 +201,25 @@ class FilePanel:
         self._editor.attempt(tell)
 
 
+class Viewed(Protocol):
+    """A page that is looked at."""
+
+    def frame(self) -> None:
+        """See the whole scene."""
+
+    def darken(self) -> None:
+        """Make the page dark, or light again."""
+
+    def attempt(self, act: Callable[[], None]) -> None:
+        """Do something; what is refused is shown to the user."""
+
+
+def add_views(gui: Any, page: Viewed) -> None:
+    """Add the buttons that show the whole scene, and make the page dark."""
+    views = {"Whole scene": page.frame, "Dark": page.darken}
+    when_changed(gui.add_button_group("View", tuple(views)), lambda what: page.attempt(views[what]))
+
+
 SEARCHING = "searching a better plan; the last good one is shown"
 
 
@@ -186,13 +239,20 @@ class StatusPanel:
         self._told = gui.add_html(sentence(SEARCHING))
         self._message = gui.add_html("", visible=False)
         does = {"Undo": editor.undo, "Redo": editor.redo}
-        when_changed(gui.add_button_group("Edits", tuple(does)), lambda what: editor.attempt(does[what]))
+        when_changed(gui.add_button_group("Last edit", tuple(does)), lambda what: editor.attempt(does[what]))
+        add_views(gui, editor)
+        self._legend = gui.add_html(legend(0.0))
 
     def show(self, state: BenchState) -> None:
         """Show what holds of the plan, and what cannot be done."""
         if state.planned is not None:
             self._facts.content = table(facts(state))
         self._told.content = told(state)
+
+    def explain(self, top: float, ghost: bool, flown: bool) -> None:
+        """Show what the lines of the scene are; ``top`` is the greatest speed of the path [m/s]."""
+        keys = [("before the last edit", GHOST)] * ghost + [("simulated", FLIGHT)] * flown
+        self._legend.content = legend(top, *keys)
 
     def say(self, text: str, kind: str = "refusal") -> None:
         """Show a sentence about the last request; nothing where it is empty."""
@@ -215,8 +275,12 @@ def told(state: BenchState) -> str:
 def facts(state: BenchState) -> list[tuple[str, str]]:
     """Return names and values of the plan that is shown: time, cost, and the figures of its certificate."""
     assert state.planned is not None
-    curve, holds = state.planned.trajectory, state.planned.certificate
-    margin = "no corridor" if holds.corridor_margin is None else f"{holds.corridor_margin:.3g} m inside"
+    return facts_of(state.planned.trajectory, state.planned.certificate)
+
+
+def facts_of(curve: Trajectory, holds: Certificate) -> list[tuple[str, str]]:
+    """Return names and values of a plan: time, cost, and the figures of its certificate."""
+    margin = "no corridor" if holds.corridor_margin is None else _inside(holds.corridor_margin)
     return [
         ("duration", f"{curve.duration:.3f} s"),
         ("cost", f"{curve.cost():.6g} {cost_unit(curve.cost_order)}"),
@@ -227,6 +291,11 @@ def facts(state: BenchState) -> list[tuple[str, str]]:
         ("greatest jerk", f"{holds.max_jerk:.3f} m/s³"),
         *_uses(holds),
     ]
+
+
+def _inside(margin: float) -> str:
+    """Return how far inside its walls a plan is [m]; one of least cost often touches them."""
+    return "inside, under 1 mm" if 0.0 <= margin < 1e-3 else f"{margin:.3g} m inside"
 
 
 def _uses(holds: Certificate) -> list[tuple[str, str]]:

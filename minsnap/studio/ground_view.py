@@ -14,6 +14,7 @@ from minsnap.basics.storage.text import FileName, check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files import get_frame, read_waypoints
 from minsnap.paths.routes import GridMap, read_map_entries
+from minsnap.studio.plan_drawing import blended
 from minsnap.studio.wall_view import box_surface
 
 MOST_CELLS = 200_000
@@ -41,7 +42,7 @@ AXES = {
 }
 """Names of the axes of every frame."""
 
-COLOURS = ((213, 0, 0), (0, 140, 0), (0, 60, 220))
+COLOURS = ((213, 0, 0), (0, 140, 0), (30, 90, 235))
 
 OBSTACLE = (134, 96, 62)
 
@@ -218,7 +219,7 @@ class GroundView:
         self._labels: list[Any] = []
         self._axes: tuple[Any, ...] = ()
         self._found: list[Any] = []
-        self._place: tuple[float, tuple[float, ...]] = (0.0, ())
+        self._place: tuple[Any, ...] = ()
 
     def show(self, frame: str, points: FloatArray, lines: Lines = BY_DAY) -> None:
         """Draw the ground under the waypoints, shape (n, 3) [m], and the axes of a frame."""
@@ -227,8 +228,8 @@ class GroundView:
         cell = 1.0 if size < 100.0 else 10.0
         sizes = {"cell_size": cell, "section_size": 5.0 * cell, "fade_distance": 4.0 * size}
         cells = sizes | {"cell_color": lines[0], "section_color": lines[1]}
-        if self._place != (size, middle):
-            self._place = size, middle
+        if self._place != (size, middle, lines):
+            self._place = size, middle, lines
             self._server.scene.add_grid("/ground", size, size, position=middle, shadow_opacity=0.0, **cells)
         length = float(np.clip(0.2 * np.ptp(points, axis=0).max(), 1.0, 20.0))
         place = (frame, length, float(center[0]), float(points[:, 1].min() - 1.2 * length))
@@ -268,7 +269,7 @@ class GroundView:
             label.remove()
         directions = length * get_frame(frame).matrix
         ends = np.stack([np.zeros((3, 3)), directions], axis=1) + corner
-        colours = np.repeat(np.array(COLOURS, dtype=np.uint8)[:, None], 2, axis=1)
+        colours = np.repeat(blended(COLOURS)[:, None], 2, axis=1)
         how = {"thickness": 4.0, "thickness_units": "screen"}
         self._server.scene.add_line_segments("/axes", ends, colours, **how)
         add = self._server.scene.add_label

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.corridors import Avoided
 from minsnap.files import FileRequest
 from minsnap.plot.obstacles import faces_of
 from minsnap.studio.ground_view import Obstacles
@@ -130,17 +131,16 @@ class ObstacleView:
         if self._mesh is not None:
             self._mesh.remove()
             self._mesh = None
-        vertices, faces = triangles(request)
+        vertices, faces = triangles(request.obstacles, np.array(request.waypoints, dtype=np.float64))
         if len(faces):
             look = {"color": COLOUR, "flat_shading": True, "side": "double"}  # opaque: tubes hide what is not
             self._mesh = self._scene.add_mesh_simple("/avoided", vertices, faces, **look)
 
 
-def triangles(request: FileRequest) -> tuple[FloatArray, IntArray]:
-    """Return corners and triangles of the obstacles of a document near its waypoints, shapes (n, 3) [m] and (m, 3)."""
-    places = np.array(request.waypoints, dtype=np.float64)
+def triangles(avoid: Sequence[Avoided], places: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return corners and triangles of obstacles near places (k, 3) [m], shapes (n, 3) [m] and (m, 3)."""
     around = np.concatenate((places - 2.0, places + 2.0))
-    faces = [face for obstacle in request.obstacles for face in faces_of(obstacle, around)]
+    faces = [face for obstacle in avoid for face in faces_of(obstacle, around)]
     vertices = np.array(faces, dtype=np.float64).reshape(-1, 3)
     first = 4 * np.arange(len(faces))[:, None]
     return vertices, np.concatenate((first + [0, 1, 2], first + [0, 2, 3])).astype(np.intp)

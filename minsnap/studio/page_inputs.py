@@ -42,6 +42,9 @@ class Editor(Protocol):
     def frame(self) -> None:
         """See the whole scene."""
 
+    def darken(self) -> None:
+        """Make the page dark, or light again."""
+
     def later(self, act: Callable[[], None]) -> None:
         """Do something that takes long, without keeping the page waiting; what is refused is shown."""
 
@@ -180,9 +183,21 @@ if (!window.readNumber) {
     if (event.key === ' ' && event.target === reached) event.stopPropagation();
   }, true);
 }
-"></style>"""
+">
+p:has(> label) { letter-spacing: normal !important; overflow-wrap: break-word !important }
+label > wbr { display: none }
+[role=tab] { padding-left: 0.6em !important; padding-right: 0.6em !important }
+@media (pointer: coarse) { button, input:not([type=checkbox]) { min-height: 2.4em } }
+@media (max-width: 36em) {
+  [style*="max-height: 60%"] { max-height: 45% !important }
+  [style*="max-height: 60%"], [style*="max-height: 60%"] > div, [style*="max-height: 60%"] [style*="width: 20em"] {
+    width: 100% !important
+  }
+}
+</style>"""
 """Lets a page read 12,5 as 12.5, and leave a field as it was, by its ``defaultValue``, where other text is put in; and
-lets the space bar press a button that the keyboard has reached.
+lets the space bar press a button that the keyboard has reached. Labels are set as other text is and break between
+words; buttons are as high as a finger needs where fingers press them; the sheet of a phone leaves the scene its half.
 
 Viser drops what it cannot use: 12,5 was 125, and 1e1 was 11. Its keys come before those of buttons.
 """
@@ -275,14 +290,18 @@ def sentence(text: str, kind: str = "note") -> str:
 def table(rows: Sequence[tuple[str, str]]) -> str:
     """Return names and values as an HTML table."""
     cells = "".join(
-        f'<tr><td style="color:#868e96;padding-right:1em">{escape(name)}</td><td>{escape(value)}</td></tr>'
+        f'<tr><td style="color:#868e96;padding-right:0.6em">{escape(name)}</td><td>{escape(value)}</td></tr>'
         for name, value in rows
     )
-    return f'<table style="font-size:0.85em;margin:0 0.8em;font-variant-numeric:tabular-nums">{cells}</table>'
+    return f'<table style="font-size:0.85em;margin:0 0.5em;font-variant-numeric:tabular-nums">{cells}</table>'
 
 
 def copyable(text: str) -> str:
-    """Return text as HTML with a button that copies it."""
-    copy = "navigator.clipboard.writeText(this.nextElementSibling.textContent)"
+    """Return text as HTML that copies itself as it is shown, and says whether it could."""
+    copy = (
+        "const text = this.nextElementSibling, said = text.nextElementSibling;"
+        "navigator.clipboard?.writeText(text.textContent).then(() => said.textContent = 'copied');"
+    )
     style = "white-space:pre-wrap;user-select:all;font-size:0.8em;max-height:20em;overflow:auto"
-    return f'<button onclick="{copy}">Copy</button><pre style="{style}">{escape(text)}</pre>'
+    told = '<div style="font-size:0.85em;color:#868e96">a click selects all of it, to copy</div>'
+    return f'<style onload="{copy}"></style><pre style="{style}">{escape(text)}</pre>{told}'

@@ -12,12 +12,12 @@ from minsnap.corridors import Gate
 from minsnap.errors import MinsnapError
 from minsnap.studio.edits import move_waypoint, reshape_gate
 from minsnap.studio.page_inputs import Change, DragHandles, Editor, when_dragged
-from minsnap.studio.plan_drawing import VehiclePose, coloured_path, pieces_of
+from minsnap.studio.plan_drawing import VehiclePose, blended, coloured_path, pieces_of
 from minsnap.studio.workbench import BenchState
 from minsnap.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
-GHOST = (173, 181, 189)
+GHOST = (128, 136, 146)
 FLIGHT = (230, 73, 20)
 """Colours of the plan before and of a simulated flight."""
 
@@ -25,14 +25,14 @@ WIDTH = 5.0
 """Of the path [pixels]."""
 
 
-ARM, WITHIN, BEYOND = (50, 50, 60), (43, 138, 62), (224, 49, 49)
+ARM, WITHIN, BEYOND = (92, 98, 112), (43, 138, 62), (224, 49, 49)
 """Colours of the arms, and of bars within the range of the rotors and beyond it."""
 
 SMALLEST = 0.03
 """Least length of a drawn arm, as a share of the extent of the scene, so that a small vehicle can be seen."""
 
-BAR = 1.6
-"""Length of the bar of a rotor at its greatest thrust, in arms."""
+BAR, HIGHEST = 1.6, 1.5
+"""Length of the bar of a rotor at its greatest thrust, in arms; what is drawn at most of a thrust, in greatest ones."""
 
 
 class PathView:
@@ -57,14 +57,19 @@ class PathView:
 
     def show(self, state: BenchState) -> None:
         """Draw the last good plan and the one before."""
-        if state.planned is not None and state.planned.trajectory is not self._drawn:
-            self._drawn = state.planned.trajectory
-            points, colours, self.top_speed = coloured_path(self._drawn)
-            self._path.points, self._path.colors, self._path.visible = points, colours, True
+        if state.planned is not None:
+            self.draw(state.planned.trajectory)
         if state.ghost is not None and state.ghost is not self._before and state.ghost is not self._drawn:
             self._before = state.ghost
             t = np.linspace(0.0, self._before.duration, 200)
             self._ghost.points, self._ghost.visible = pieces_of(self._before(t)), True
+
+    def draw(self, curve: Trajectory) -> None:
+        """Draw a plan, unless it is the one that is drawn."""
+        if curve is not self._drawn:
+            self._drawn = curve
+            points, colours, self.top_speed = coloured_path(curve)
+            self._path.points, self._path.colors, self._path.visible = points, blended(colours), True
 
     def overlay(self, positions: FloatArray | None) -> None:
         """Draw a simulated flight, positions of shape (m, 3) [m]; or remove it."""
@@ -72,6 +77,11 @@ class PathView:
             step = max(len(positions) // 800, 1)
             self._flight.points = pieces_of(positions[::step])
         self._flight.visible = positions is not None
+
+    @property
+    def drawn(self) -> tuple[float, bool, bool]:
+        """The greatest speed of the path [m/s]; whether the plan before is drawn, and a simulated flight."""
+        return self.top_speed, bool(self._ghost.visible), bool(self._flight.visible)
 
 
 class VehicleView:
@@ -110,10 +120,10 @@ class VehicleView:
         self._frame.position, self._frame.wxyz, self._frame.visible = pose.position, pose.quaternion, True
         least, most = self._limits
         tops = self._hubs.copy()
-        tops[:, 2] += BAR * self._arm * pose.rotors / most
+        tops[:, 2] += BAR * self._arm * np.clip(pose.rotors / most, -HIGHEST, HIGHEST)
         self._bars.points = np.stack([self._hubs, tops], axis=1).astype(np.float32)
         outside = (pose.rotors < least - 1e-9) | (pose.rotors > most + 1e-9)
-        colours = np.where(outside[:, None], BEYOND, WITHIN).astype(np.uint8)
+        colours = blended(np.where(outside[:, None], BEYOND, WITHIN))
         self._bars.colors = np.repeat(colours[:, None], 2, axis=1)
 
 
@@ -124,7 +134,7 @@ def _rim(hub: FloatArray, radius: float) -> FloatArray:
     return np.stack([circle[:-1], circle[1:]], axis=1)
 
 
-BALL, CHOSEN = (40, 40, 40), (247, 103, 7)
+BALL, CHOSEN = (84, 90, 104), (247, 103, 7)
 """Colours of a waypoint, and of the chosen one."""
 
 TOGETHER = 0.02

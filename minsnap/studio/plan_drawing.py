@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,6 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.limit_kinds import KIND, Kind
-from minsnap.files import FileRequest
 from minsnap.limits import MEASURES, Motion
 from minsnap.trajectory import Medium, Path
 from minsnap.vehicle import Quadrotor, flatness_of
@@ -22,8 +22,9 @@ PIECES = 320
 INSTANTS = 241
 """Instants of a profile."""
 
-SPEED_SCALE = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
-"""Colours from rest to the greatest speed: five of matplotlib's viridis (Smith and van der Walt, CC0)."""
+SPEED_SCALE = np.array([(40, 84, 224), (122, 56, 214), (190, 44, 150), (218, 66, 66), (222, 124, 0)], dtype=np.float64)
+"""Colours from rest to the greatest speed, from blue to orange: each has a contrast of 2.9 to 1 and more on white and
+on a dark page; who tells red from green badly still sees blue turn to yellow."""
 
 ColourArray = NDArray[np.uint8]
 
@@ -76,6 +77,17 @@ def coloured_path(path: Path) -> tuple[NDArray[np.float32], ColourArray, float]:
     return pieces_of(path(t)), np.stack([colours[:-1], colours[1:]], axis=1), top
 
 
+def blended(colours: ArrayLike) -> ColourArray:
+    """Return colours of the screen, 0 to 255, as those of the ends of lines must be given: linear (IEC 61966-2-1).
+
+    Pages mix the colours of two ends as light and show the result by the curve of the screen; given as they are on the
+    screen they come out pale.
+    """
+    shares = np.clip(np.asarray(colours, dtype=np.float64) / 255.0, 0.0, 1.0)
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    return np.asarray(np.round(255.0 * linear).astype(np.uint8))
+
+
 def pieces_of(points: FloatArray) -> NDArray[np.float32]:
     """Return the straight pieces between consecutive points, shape (n, 2, 3) [m]."""
     return np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
@@ -126,9 +138,7 @@ def thin_lines(points: FloatArray, colours: FloatArray) -> bytes:
     places = points.reshape(-1, 3).astype("<f4")
     first = (each * np.arange(count)[:, None] + np.arange(each - 1)).ravel()
     pairs = np.stack([first, first + 1], axis=1).astype("<u4")
-    shares = np.clip(colours / 255.0, 0.0, 1.0)
-    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)  # of sRGB, IEC 61966-2-1
-    shades = np.tile(np.column_stack([np.round(255.0 * linear), np.full(each, 255)]).astype(np.uint8), (count, 1))
+    shades = np.tile(np.column_stack([blended(colours), np.full(each, 255, dtype=np.uint8)]), (count, 1))
     parts = [places.tobytes(), shades.tobytes(), pairs.tobytes()]
     return _glb(_layout(places, pairs.size, [len(part) for part in parts]), b"".join(parts))
 
@@ -165,11 +175,16 @@ def _glb(layout: dict[str, Any], content: bytes) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-HEIGHT = 150
+HEIGHT = 172
 """Of a plot [pixels]."""
 
+TIME_AXIS = {"label": "time [s]", "labelSize": 16, "labelGap": -2, "size": 30}
+VALUE_AXIS = {"size": 44}
+PADDING = (10, 14, 2, 0)
+"""The axes of a plot, and the room around it in which its outermost numbers are whole [pixels]."""
+
 LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
-LIMIT, CURSOR = "#c92a2a", "#343a40"
+LIMIT, CURSOR = "#e03131", "#868e96"
 """Colours: of the curves, from the palette of Okabe and Ito; of limits; of the cursor."""
 
 
@@ -198,9 +213,8 @@ class Charts:
         self._handles = {title: time_chart(gui, title, of) for title, of in names.items()}
         self._drawn: dict[str, tuple[FloatArray, FloatArray, Bounds]] = {}
 
-    def show(self, profiles: Profiles, request: FileRequest, vehicle: Quadrotor, now: float) -> None:
-        """Draw profiles with their limits, and the cursor at an instant [s]."""
-        limits = dict(request.limits)
+    def show(self, profiles: Profiles, limits: Mapping[str, Any], vehicle: Quadrotor, now: float) -> None:
+        """Draw profiles with their limits, by name, and the cursor at an instant [s]."""
         limited: dict[str, tuple[float | None, float | None]] = {ROTORS: vehicle.rotor_thrust_limits}
         limited |= {title: (None, _shown(kind, limits.get(kind.name))) for title, kind in CHARTS.items()}
         for title, handle in self._handles.items():
@@ -223,6 +237,7 @@ def time_chart(gui: Any, title: str, names: tuple[str, ...], height: int = HEIGH
     limits = [{"label": name, "stroke": LIMIT, "width": 1.5, "dash": (6, 4)} for name in ("least", "most")]
     series = ({"label": "t [s]"}, *curves, *limits, {"label": "now", "stroke": CURSOR, "width": 1.5})
     still: dict[str, Any] = {"legend": {"show": False}, "height": height, "title": title}
+    still |= {"axes": (TIME_AXIS, VALUE_AXIS), "padding": PADDING}
     return gui.add_uplot((np.linspace(0.0, 1.0, 8),) + (np.zeros(8),) * (len(series) - 1), series, **still)
 
 
@@ -269,10 +284,24 @@ def round_up(value: float) -> float:
     return float(steps[steps >= value][0])
 
 
-def speed_legend(top: float) -> str:
-    """Return a bar of the colours of a path with its numbers as HTML; ``top`` is the greatest speed [m/s]."""
+def legend(top: float, *keys: tuple[str, Any]) -> str:
+    """Return what the lines of the scene are, as HTML.
+
+    Parameters
+    ----------
+    top : float
+        The greatest speed of the path, which is coloured by it [m/s].
+    *keys : tuple
+        What else is drawn, and in which colour.
+    """
     stops = ",".join(f"rgb({','.join(str(int(c)) for c in colour)})" for colour in SPEED_SCALE)
     numbers = "".join(f"<span>{share * top:.2f}</span>" for share in (0.0, 0.5, 1.0))
     bar = f'<div style="height:10px;border-radius:3px;background:linear-gradient(to right,{stops})"></div>'
     row = f'<div style="display:flex;justify-content:space-between;font-size:0.8em">{numbers}</div>'
-    return f'<div style="padding:0.3em 0.8em"><span style="font-size:0.85em">speed [m/s]</span>{bar}{row}</div>'
+    line = "display:inline-block;width:1.4em;height:4px;border-radius:2px;margin-right:0.4em;vertical-align:middle"
+    others = "".join(
+        f'<span style="margin-right:1em;white-space:nowrap"><i style="{line};background:rgb{colour}"></i>{name}</span>'
+        for name, colour in keys
+    )
+    below = f'<div style="font-size:0.8em;padding-top:0.2em">{others}</div>' if others else ""
+    return f'<div style="padding:0.3em 0.8em"><span style="font-size:0.85em">speed [m/s]</span>{bar}{row}{below}</div>'

@@ -20,16 +20,18 @@ from minsnap.corridors import Avoided, as_obstacles, named_obstacles
 from minsnap.errors import InputError
 from minsnap.files import FileRequest
 from minsnap.fleet import Fleet
+from minsnap.paths.routes import Route
 from minsnap.studio.browser_page import LOOPBACK, PORT, Page, Player, several
 from minsnap.studio.documents import WorkingFolder, scene_of
 from minsnap.studio.edit_panels import DRAWN, CorridorPanel, RoutePanel, TimePanel, VehiclePanel
-from minsnap.studio.file_panel import FilePanel, StatusPanel
+from minsnap.studio.file_panel import FilePanel, StatusPanel, add_welcome
 from minsnap.studio.fleet_studio import FleetStudio
-from minsnap.studio.ground_view import GroundView, Obstacles, cloud, grid
+from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView, Obstacles, cloud, grid
 from minsnap.studio.obstacle_view import CLEARANCE, ObstacleView, avoiding
 from minsnap.studio.page_inputs import Change, Inputs
 from minsnap.studio.path_view import GateView, PathView, VehicleView, WaypointView
-from minsnap.studio.plan_drawing import Charts, pose_at, profiles_of, speed_legend
+from minsnap.studio.plan_drawing import Charts, pose_at, profiles_of
+from minsnap.studio.route_studio import RouteStudio
 from minsnap.studio.wall_view import WallView
 from minsnap.studio.workbench import BenchState, PlannedScene, Workbench
 from minsnap.trajectory import Trajectory
@@ -53,6 +55,8 @@ class Studio(Page):
         Of a file; its cells and points are kept out of.
     clearance : float
         Room around these [m].
+    welcome : bool
+        Begin with examples, and a button that opens a file.
     """
 
     def __init__(
@@ -64,6 +68,7 @@ class Studio(Page):
         planned: PlannedScene | None = None,
         obstacles: Obstacles | None = None,
         clearance: float = CLEARANCE,
+        welcome: bool = False,
     ) -> None:
         self._folder = folder if isinstance(folder, WorkingFolder) else WorkingFolder(folder)
         super().__init__(host, port)
@@ -71,7 +76,7 @@ class Studio(Page):
             request = avoiding(obstacles, clearance)(request)
         self._shown: BenchState = BenchState(request, planned)
         self._profiled: tuple[Any, ...] = ()
-        self._build()
+        self._build(welcome)
         if obstacles is not None:
             self._ground.show_obstacles(obstacles)
         self._working = Workbench(request, self._show, planned)
@@ -136,7 +141,7 @@ class Studio(Page):
         points = np.array(self.request.waypoints)
         return points if self.trajectory is None else np.vstack([points, several(self.trajectory)])
 
-    def _build(self) -> None:
+    def _build(self, welcome: bool) -> None:
         server, gui = self._server, self._server.gui
         self._ground, self._path = GroundView(server), PathView(server)
         self._walls, self._waypoints = WallView(server, self), WaypointView(server, self)
@@ -144,6 +149,9 @@ class Studio(Page):
         self._avoided = ObstacleView(server)
         self._status, self._player = StatusPanel(gui, self), Player(gui, self._point_at)
         tabs = gui.add_tab_group()
+        if welcome:
+            with tabs.add_tab("Start"):
+                add_welcome(gui, self, self._folder)
         with tabs.add_tab("Route"):
             self._route = RoutePanel(Inputs(gui, self), self._waypoints, self._gates)
         with tabs.add_tab("Corridor"):
@@ -151,13 +159,13 @@ class Studio(Page):
         with tabs.add_tab("Time"):
             self._time = TimePanel(Inputs(gui, self))
         with tabs.add_tab("Vehicle"):
-            self._flying = VehiclePanel(Inputs(gui, self), self._path, lambda: self._shown)
+            self._flying = VehiclePanel(Inputs(gui, self), self._overlay, lambda: self._shown)
         with tabs.add_tab("Files"):
             FilePanel(gui, self, self._folder, lambda: self._shown, self.avoid)
             self.add_recording(gui)
         panel = gui.add_panel()
         with panel.add_tab("Plots"):
-            self._legend, self._charts = gui.add_html(speed_legend(0.0)), Charts(gui)
+            self._charts = Charts(gui)
         self._open(
             panel,
             ("Undo", "Z", "cmd/ctrl", self.undo),
@@ -175,6 +183,7 @@ class Studio(Page):
             with self._server.atomic():
                 self._path.show(state)
                 self._status.show(state)
+                self._status.explain(*self._path.drawn)
             self._server.flush()
             with self._server.atomic():
                 self._show_document(state)
@@ -182,7 +191,7 @@ class Studio(Page):
 
     def _show_document(self, state: BenchState) -> None:
         points = np.array(state.request.waypoints)
-        self._ground.show(state.request.frame, points)
+        self._ground.show(state.request.frame, points, BY_NIGHT if self._dark else BY_DAY)
         self._ground.hide_obstacles(not state.request.avoid)
         drawn = self._waypoints, self._walls, self._gates, self._avoided
         for shown in (*drawn, self._route, self._corridor, self._time):
@@ -199,10 +208,20 @@ class Studio(Page):
             return
         self._profiled = key
         self._player.show(curve.duration)
-        self._legend.content = speed_legend(self._path.top_speed)
         vehicle = self._flown_vehicle(state)
-        self._charts.show(profiles_of(curve, vehicle), request, vehicle, self._player.now)
+        self._charts.show(profiles_of(curve, vehicle), dict(request.limits), vehicle, self._player.now)
         self._vehicle.place(pose_at(curve, vehicle, self._player.now))
+
+    def darken(self) -> None:
+        """Make the page dark, or light again."""
+        super().darken()
+        with self._lock:
+            self._show(self._shown)
+
+    def _overlay(self, positions: FloatArray | None) -> None:
+        """Draw a simulated flight, positions of shape (m, 3) [m]; or remove it."""
+        self._path.overlay(positions)
+        self._status.explain(*self._path.drawn)
 
     def _point_at(self, now: float) -> None:
         """Show the vehicle and the cursor at an instant [s]."""
@@ -220,7 +239,7 @@ class Studio(Page):
 
 
 def show(
-    traj: Trajectory | Fleet,
+    traj: Trajectory | Fleet | Route,
     *,
     waypoints: ArrayLike | None = None,
     corridor: Any = None,
@@ -238,7 +257,7 @@ def show(
     port: int = 0,
     browser: bool = True,
     block: bool | None = None,
-) -> Studio | FleetStudio:
+) -> Studio | FleetStudio | RouteStudio:
     """Open a plan in the studio: a page in the browser where it can be seen, edited and saved.
 
     The plan is shown as it is; after an edit the scene is planned again with its waypoints, durations and walls.
@@ -246,8 +265,9 @@ def show(
 
     Parameters
     ----------
-    traj : Trajectory or Fleet
-        In space. A fleet is shown and played; it takes ``host``, ``port``, ``browser`` and ``block`` alone.
+    traj : Trajectory, Fleet or Route
+        In space. A fleet is shown and played, and so is a route with its map and polytopes, also a plane one; they
+        take ``host``, ``port``, ``browser`` and ``block`` alone.
     waypoints : array_like, shape (legs + 1, 3), optional
         By default its own [m].
     corridor : float, array_like of shape (legs,), Tube, Boxes, Room, or sequence of these, optional
@@ -280,7 +300,7 @@ def show(
 
     Returns
     -------
-    Studio or FleetStudio
+    Studio, FleetStudio or RouteStudio
         With ``url``, ``request`` and ``trajectory`` as they are edited, and ``close()``.
 
     Raises
@@ -294,12 +314,12 @@ def show(
     """
     if block is None:  # not at the prompt of Python, in IPython or in a notebook
         block = not (hasattr(sys, "ps1") or "IPython" in sys.modules)
-    if isinstance(traj, Fleet):
-        page = FleetStudio(traj, host, port)
+    if isinstance(traj, Fleet | Route):
+        page = FleetStudio(traj, host, port) if isinstance(traj, Fleet) else RouteStudio(traj, host, port)
         _present(page, browser, block)
         return page
     if not isinstance(traj, Trajectory):
-        raise InputError(f"the studio shows a Trajectory or a Fleet, not {type(traj).__name__}")
+        raise InputError(f"the studio shows a Trajectory, a Fleet or a Route, not {type(traj).__name__}")
     request = _scene(scene_of(traj, waypoints, corridor, limits), yaw, vehicle)
     request = replace(request, avoid=named_obstacles(as_obstacles(avoid)))
     seen = cloud(points) if points is not None else None
@@ -323,12 +343,11 @@ def _scene(request: FileRequest, yaw: Any, vehicle: str) -> FileRequest:
 
 
 def _present(studio: Page, browser: bool, block: bool) -> None:
-    print(f"studio: {studio.url}", flush=True)
-    if browser:
-        webbrowser.open(studio.url)
-    if not block:
-        return
     try:
-        studio.wait_until_closed()
+        print(f"studio: {studio.url}{'  (Ctrl-C ends it)' if block else ''}", flush=True)
+        if browser:
+            webbrowser.open(studio.url)
+        if block:
+            studio.wait_until_closed()
     except KeyboardInterrupt:
         studio.close()

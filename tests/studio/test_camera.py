@@ -24,6 +24,18 @@ def test_all_points_are_seen_and_one_is_near_the_edge(size, aspect):
     assert reach.max() == pytest.approx(FILLED)
 
 
+@pytest.mark.parametrize("aspect", [0.4, 1.0])
+def test_what_a_sheet_lies_over_is_left_free(aspect):
+    """On a phone the path lay behind the controls."""
+    place, center = framing(SCENE, 1.3, aspect, hidden=0.45)
+    forward = (center - place) / np.linalg.norm(center - place)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    seen = (SCENE - place) @ np.stack([right, np.cross(right, forward), forward]).T
+    height = seen[:, 1] / seen[:, 2] / np.tan(0.65)
+    assert (-0.1 < height).all() and (height < 1.0).all()
+
+
 def test_a_single_place_is_looked_at_from_a_distance():
     place, center = framing(np.ones((2, 3)), 1.3, 1.0)
     assert np.linalg.norm(place - center) == pytest.approx(2.0)
@@ -31,9 +43,9 @@ def test_a_single_place_is_looked_at_from_a_distance():
 
 @pytest.fixture
 def browser():
-    """Return a browser of 500 x 600 pixels that reports the poses and sizes that it has."""
+    """Return a browser of 1000 x 1200 pixels that reports the poses and sizes that it has."""
     seen = []
-    camera = SimpleNamespace(fov=1.3, image_width=500, image_height=600, on_update=seen.append)
+    camera = SimpleNamespace(fov=1.3, image_width=1000, image_height=1200, on_update=seen.append)
 
     def report(**changes):
         vars(camera).update(changes)
@@ -54,21 +66,21 @@ def test_a_page_that_opens_late_at_its_first_place_is_framed_again(browser):
     opening, _ = framing(SCENE, 1.3, 1.0)
     keep_framed(browser, lambda: SCENE, opening)
     browser.report(position=opening)
-    assert browser.camera.position == place(500 / 600)
+    assert browser.camera.position == place(1000 / 1200)
 
 
 def test_a_page_that_opens_without_pixels_is_framed_when_it_has_some(browser):
     vars(browser.camera).update(image_width=0, image_height=0)
     opening, _ = framing(SCENE, 1.3, 1.0)
     keep_framed(browser, lambda: SCENE, opening)
-    browser.report(image_width=500, image_height=600)
-    assert browser.camera.position == place(500 / 600)
+    browser.report(image_width=1000, image_height=1200)
+    assert browser.camera.position == place(1000 / 1200)
 
 
 def test_a_camera_follows_the_size_of_its_picture_until_its_user_moves_it(browser):
     keep_framed(browser, lambda: SCENE, framing(SCENE, 1.3, 1.0)[0])
     browser.report(image_width=900)
-    assert browser.camera.position == place(900 / 600)
+    assert browser.camera.position == place(900 / 1200)
     moved = browser.camera.position + [0.0, 0.0, 3.0]
     browser.report(position=moved)
     browser.report(image_width=300)
@@ -77,7 +89,7 @@ def test_a_camera_follows_the_size_of_its_picture_until_its_user_moves_it(browse
 
 def test_a_square_picture_is_framed_once(browser):
     """It stands where pages open: a report from there asks for nothing."""
-    browser.camera.image_width = 600
+    browser.camera.image_width = 1200
     opening, _ = framing(SCENE, 1.3, 1.0)
     keep_framed(browser, lambda: SCENE, opening)
     place = browser.camera.position

@@ -82,6 +82,12 @@ def test_a_plan_of_another_scene_is_not_saved(tmp_path, planned):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", documents.EXAMPLES)
+def test_every_example_of_the_page_is_planned_and_certified(name):
+    *_, last = planned_in_stages(documents.EXAMPLES[name](), (), lambda: False)
+    assert last.final and last.certificate.ok
+
+
 def test_files_without_times_are_planned_within_ordinary_limits(tmp_path):
     (tmp_path / "a.csv").write_text("x,y,z\n0,0,1\n3,4,1\n3,4,3\n")
     opened = documents.open_scene(tmp_path / "a.csv")

@@ -11,7 +11,9 @@ import minsnap
 from minsnap.errors import FileError, WaypointError
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.studio import Studio, documents, edits
+from minsnap.studio.edit_panels import gate_with_room
 from minsnap.studio.file_panel import as_python
+from minsnap.vehicle import named_vehicle
 
 POINTS = ((0.0, 0.0, 1.0), (4.0, 0.0, 1.5), (4.0, 4.0, 1.0), (0.0, 4.0, 1.0))
 SCENE = edits.with_gate(documents.FileRequest(POINTS, total_time=6.0), 1, True)
@@ -29,6 +31,15 @@ def test_a_new_gate_stands_across_the_way_and_is_flown_through():
     assert minsnap.certify(curve, waypoints=SCENE.places).ok
     assert abs(curve(curve.leg_breaks[1]) - POINTS[1]).max() > 0.05
     assert edits.with_gate(SCENE, 1, False).openings == ()
+
+
+def test_a_gate_of_the_page_has_room_for_the_vehicle():
+    """It was grazed: the margin was 0."""
+    for vehicle in (None, "crazyflie", "px4_sih"):
+        scene = gate_with_room(documents.FileRequest(POINTS, total_time=6.0, vehicle=vehicle), 1, True)
+        arm = named_vehicle(vehicle or "dji_f330").arm_length
+        assert arm <= gate_of(scene).margin < arm + 0.051
+        assert minsnap.certify(minsnap.plan(**scene.request().arguments()), waypoints=scene.places).ok
 
 
 def test_gates_stay_at_their_waypoints_in_every_edit():

@@ -69,9 +69,9 @@ def test_the_plan_keeps_its_room_from_every_point_that_is_shown():
 
 def test_obstacles_of_a_document_are_drawn_saved_and_opened_again(tmp_path):
     request = FileRequest(**vars(ACROSS) | {"avoid": (("cylinder", (3.0, 0.2, 0.4)), ("cuboid", (1, 1, 0, 2, 2, 2)))})
-    vertices, faces = triangles(request)
+    vertices, faces = triangles(request.obstacles, np.array(request.waypoints))
     assert vertices[:, 0].min() == pytest.approx(1.0) and vertices[:, 0].max() == pytest.approx(3.4)
-    assert faces.max() < len(vertices) and triangles(ACROSS)[1].shape == (0, 3)
+    assert faces.max() < len(vertices) and triangles((), np.array(ACROSS.waypoints))[1].shape == (0, 3)
     plan = final(request)
     state = BenchState(request, plan)
     for kind, name in (("plan (JSON)", "a.json"), ("request (YAML)", "a.yaml")):

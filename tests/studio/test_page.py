@@ -13,7 +13,8 @@ from PIL import Image
 import minsnap
 from minsnap.studio import Studio
 from minsnap.studio.browser_page import FilmSettings
-from minsnap.studio.documents import example_scene
+from minsnap.studio.documents import EXAMPLES, example_scene
+from minsnap.studio.file_panel import as_python
 
 pytest.importorskip("viser")
 pytestmark = pytest.mark.slow
@@ -232,6 +233,30 @@ def test_a_file_is_opened_through_the_dialog(page, studio):
     assert studio.wait(60.0)
     page.get_by_role("tab", name="Route").click()
     shows(page, "9.000 s")
+
+
+def test_the_plan_is_copied_by_one_click(page, studio):
+    """A dialog had another button to copy."""
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_role("tab", name="Files").click()
+    page.get_by_role("button", name="Copy as Python").click()
+    page.get_by_text("copied", exact=True).wait_for(timeout=PATIENCE)
+    assert page.evaluate("navigator.clipboard.readText()") == as_python(studio.request)
+    page.get_by_role("button", name="Close").click()
+
+
+def test_a_page_without_a_file_begins_with_examples_and_is_darkened(browser, tmp_path):
+    begun = Studio(EXAMPLE, str(tmp_path), port=0, welcome=True)
+    page = open_page(browser, begun.url, width=390, height=844)
+    for name, scene in {name: example() for name, example in EXAMPLES.items()}.items():
+        page.get_by_role("button", name=name).click()
+        assert eventually(lambda wanted=scene: begun.request == wanted)
+    background = "getComputedStyle(document.querySelector('canvas').closest('[style*=background]')).backgroundColor"
+    before = page.evaluate(background)
+    page.get_by_role("button", name="Dark").click()
+    assert eventually(lambda: page.evaluate(background) != before)
+    page.close()
+    begun.close()
 
 
 def test_the_vehicle_flies_and_the_simulated_flight_is_told(page, studio):

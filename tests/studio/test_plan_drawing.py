@@ -6,6 +6,7 @@ import pytest
 import minsnap
 from minsnap.files.file_request import FileRequest
 from minsnap.native.library import core
+from minsnap.studio import path_view
 from minsnap.studio import plan_drawing as drawing
 from minsnap.studio.documents import example_scene
 from minsnap.studio.file_panel import facts
@@ -28,9 +29,40 @@ def test_the_path_is_drawn_where_it_is_in_the_colour_of_its_speed(curve):
     assert np.array_equal(points[1:, 0], points[:-1, 1])
     speed = np.linalg.norm(curve(t, 1), axis=1)
     assert top == pytest.approx(speed.max())
-    assert tuple(colours[0, 0]) == (68, 1, 84)
-    assert tuple(drawing.speed_colours(1.0)) == (253, 231, 37)
+    assert tuple(colours[0, 0]) == tuple(drawing.SPEED_SCALE[0])
+    assert tuple(drawing.speed_colours(1.0)) == tuple(drawing.SPEED_SCALE[-1])
     assert np.array_equal(colours[5, 1], drawing.speed_colours(speed[6] / top))
+
+
+def light(colour):
+    """Return the relative luminance of a colour of the screen (WCAG 2)."""
+    shares = np.asarray(colour, dtype=np.float64) / 255.0
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    return linear @ (0.2126, 0.7152, 0.0722)
+
+
+def test_every_line_of_a_path_reads_on_a_light_page_and_on_a_dark_one():
+    """Yellow on white did not."""
+    lines = [*drawing.speed_colours(np.linspace(0.0, 1.0, 101)), path_view.FLIGHT, path_view.GHOST]
+    for colour in lines:
+        assert 1.05 / (light(colour) + 0.05) > 2.8, colour
+        assert (light(colour) + 0.05) / (light((20, 20, 20)) + 0.05) > 2.8, colour
+
+
+def test_colours_of_lines_are_given_as_light():
+    """The page shows the curve of the screen of what it is given: colours came out pale."""
+    given = drawing.blended(np.arange(256)) / 255.0
+    shown = np.where(given <= 0.0031308, 12.92 * given, 1.055 * given ** (1 / 2.4) - 0.055)
+    assert np.abs(255.0 * shown - np.arange(256)).max() < 12.8
+    assert drawing.blended((0, 255, 255)).tolist() == [0, 255, 255]
+
+
+def test_the_legend_names_what_is_drawn_and_nothing_else():
+    alone = drawing.legend(3.0)
+    assert "3.00" in alone and "simulated" not in alone
+    assert "simulated" in drawing.legend(3.0, ("simulated", (1, 2, 3))) and "rgb(1, 2, 3)" in drawing.legend(
+        3.0, ("simulated", (1, 2, 3))
+    )
 
 
 def test_rotor_thrusts_carry_the_vehicle(curve):
@@ -80,7 +112,7 @@ def test_plots_have_a_column_for_every_series_and_the_limits_of_the_scene(curve)
     page, scene = Page(), example_scene()
     charts = Charts(page)
     limited = type(scene)(scene.waypoints, limits=(("speed", 3.0),), vehicle="crazyflie")
-    charts.show(drawing.profiles_of(curve, VEHICLE), limited, VEHICLE, 1.0)
+    charts.show(drawing.profiles_of(curve, VEHICLE), dict(limited.limits), VEHICLE, 1.0)
     assert [plot.title for plot in page.plots] == [*CHARTS, ROTORS]
     assert all(len(plot.data) == len(plot.series) for plot in page.plots)
     assert set(page.plots[0].data[-2]) == {3.0}

@@ -1,0 +1,179 @@
+"""The surroundings of a route in the scene: what is occupied of a map, obstacles, points, fences, and its polytopes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.corridors import Avoided, Kept, Prism
+from minsnap.paths.routes import GridMap, Route
+from minsnap.plot.geometry import leg_bodies
+from minsnap.plot.obstacles import Numbered
+from minsnap.studio.ground_view import OBSTACLE, cloud
+from minsnap.studio.obstacle_view import triangles
+from minsnap.studio.wall_view import TUBE
+from minsnap.trajectory import Trajectory
+
+MOST_FACES = 60_000
+"""Faces of cells that are drawn; where more would be, cells are joined to larger ones."""
+
+HEIGHT = 1.0
+"""Of what is drawn of a plane map, whose path is drawn at half of it [m]."""
+
+AROUND = 0.5
+"""How far beyond the path a map is drawn, in extents of the path."""
+
+FENCE = (92, 98, 112)
+
+
+def in_space(curve: Trajectory) -> Trajectory:
+    """Return a path in space: a plane one at half the height of what is drawn around it."""
+    if curve.dim == 3:
+        return curve
+    points = np.pad(curve.control_points, ((0, 0), (0, 0), (0, 1)), constant_values=0.5 * HEIGHT)
+    return Trajectory(points, curve.durations, curve.yaw, curve.pieces)
+
+
+def near_cells(grid: GridMap, places: FloatArray, clearance: float) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Return the occupied cells near a path, their sides and their first corner, in space [m].
+
+    What is higher than the path by more than the clearance is left out: a ceiling would hide the flight. Cells of a
+    plane map, which reach to the sky, are drawn up to there.
+
+    Parameters
+    ----------
+    grid : GridMap
+    places : ndarray, shape (n, 2) or (n, 3)
+        Of the path [m].
+    clearance : float
+        [m].
+    """
+    beyond = max(AROUND * float(np.ptp(places, axis=0).max()), 5.0)
+    flat = places[:, : grid.dim]
+    low, high = flat.min(axis=0) - beyond, flat.max(axis=0) + beyond
+    if grid.dim == 3:
+        low[2], high[2] = grid.lower[2], places[:, 2].max() + clearance
+    shape = np.array(grid.occupied.shape)
+    first = np.clip(np.floor((low - grid.lower) / grid.resolution), 0, shape).astype(int)
+    last = np.clip(np.ceil((high - grid.lower) / grid.resolution), 0, shape).astype(int)
+    taken = grid.occupied[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
+    corner = grid.lower + first * grid.resolution
+    if grid.dim == 3:
+        return taken, grid.resolution, corner
+    height = HEIGHT if places.shape[1] == 2 else max(HEIGHT, float(places[:, 2].max()) + clearance)
+    return taken[:, :, None], np.append(grid.resolution, height), np.append(corner, 0.0)
+
+
+def surface(taken: BoolArray, most: int = MOST_FACES) -> tuple[FloatArray, int]:
+    """Return the faces between taken cells and others, shape (n, 4, 3) in cells, and how many cells a drawn one has.
+
+    Faces in a row are one. Where there would be more than ``most``, a cube of cells is one cell, taken where one is.
+    """
+    size = 1
+    while True:
+        faces = np.concatenate([_faces(taken, axis, side) for axis in range(3) for side in (0, 1)])
+        if len(faces) <= most:
+            return size * faces, size
+        taken, size = _halved(taken), 2 * size
+
+
+def _halved(taken: BoolArray) -> BoolArray:
+    """Return the same cells at twice their side; a map of one layer keeps it."""
+    for axis in range(3):
+        if taken.shape[axis] > 1:
+            even = np.pad(taken, [(0, taken.shape[i] % 2 if i == axis else 0) for i in range(3)])
+            pairs = np.moveaxis(even, axis, 0)
+            taken = np.moveaxis(pairs[::2] | pairs[1::2], 0, axis)
+    return taken
+
+
+def _faces(taken: BoolArray, axis: int, side: int) -> FloatArray:
+    """Return the free faces of cells on one side along an axis, joined in rows, shape (n, 4, 3) in cells."""
+    padded = np.pad(taken, [(1, 1) if i == axis else (0, 0) for i in range(3)])
+    beside = np.take(padded, range(2 * side, 2 * side + taken.shape[axis]), axis=axis)
+    row = 1 if axis == 2 else 2
+    order = [i for i in range(3) if i != row] + [row]
+    ends = np.diff(np.pad(np.transpose(taken & ~beside, order), ((0, 0), (0, 0), (1, 1))).astype(np.int8), axis=2)
+    low, high = np.empty((2, int((ends == 1).sum()), 3))
+    low[:, order], high[:, order] = np.argwhere(ends == 1), np.argwhere(ends == -1) + [1, 1, 0]
+    low[:, axis] = high[:, axis] = low[:, axis] + side
+    across = 3 - axis - row
+    corners = np.stack([low, low, high, high], axis=1)
+    corners[:, 1, across], corners[:, 3, across] = high[:, across], low[:, across]
+    return corners
+
+
+class MapView:
+    """The surroundings of a route.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where they are drawn.
+    route : Route
+    """
+
+    def __init__(self, server: Any, route: Route) -> None:
+        self._scene = server.scene
+        self.note = ""
+        places = np.asarray(route.trajectory(np.linspace(0.0, route.duration, 400)))
+        self._draw_polytopes(route)
+        if route.grid is not None:
+            self._draw_cells(route.grid, places, route.clearance)
+        elif isinstance(route.around, Kept):
+            self._draw_kept(route.around, places)
+
+    def _draw_polytopes(self, route: Route) -> None:
+        from scipy.spatial import ConvexHull
+
+        look = {"color": TUBE, "opacity": 0.12, "side": "double", "flat_shading": True}
+        plain = {"cast_shadow": False, "receive_shadow": False}
+        for leg, corners in enumerate(leg_bodies(route.corridor, route(route.trajectory.leg_breaks))):
+            body = corners if route.dim == 3 else _upright(corners)
+            faces = ConvexHull(body).simplices
+            self._scene.add_mesh_simple(f"/plan/polytope/{leg}", body, faces, **look, **plain)
+
+    def _draw_cells(self, grid: GridMap, places: FloatArray, clearance: float) -> None:
+        taken, side, corner = near_cells(grid, places, clearance)
+        faces, size = surface(taken)
+        if not len(faces):
+            return
+        self._mesh("/map/cells", (corner + side * faces).reshape(-1, 3))
+        if size > 1:
+            across = " by ".join(f"{size * each:g}" for each in side[: grid.dim])
+            self.note = f"cells are drawn {across} m large, occupied where one of the map's is"
+
+    def _draw_kept(self, kept: Kept, places: FloatArray) -> None:
+        prisms = () if kept.prisms is None else kept.prisms.prisms
+        inside = [each for each in prisms if each.inclusion]
+        around = places if places.shape[1] == 3 else _upright(places)
+        shown: list[Avoided] = [*map(Numbered, kept.obstacles), *(each for each in prisms if not each.inclusion)]
+        corners, faces = triangles(shown, around)
+        if len(faces):
+            look = {"color": OBSTACLE, "flat_shading": True, "side": "double"}
+            self._scene.add_mesh_simple("/map/obstacles", corners, faces, **look)
+        if len(kept.points):
+            seen = cloud(kept.points if kept.points.shape[1] == 3 else _upright(kept.points))
+            how = {"point_size": seen.point_size, "point_shape": "rounded"}
+            self._scene.add_point_cloud("/map/points", seen.points, OBSTACLE, **how)
+        for number, fence in enumerate(inside):
+            self._draw_fence(number, fence, around)
+
+    def _draw_fence(self, number: int, fence: Prism, places: FloatArray) -> None:
+        rings = [np.insert(fence.polygon, 2, height, axis=1) for height in (0.0, float(places[:, 2].max()))]
+        sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
+        lines = np.concatenate([*sides, np.stack(rings, axis=1)]).astype(np.float32)
+        self._scene.add_line_segments(f"/map/fence/{number}", lines, FENCE, thickness=2.0, thickness_units="screen")
+
+    def _mesh(self, name: str, corners: FloatArray) -> None:
+        first: IntArray = 4 * np.arange(len(corners) // 4)[:, None]
+        faces = np.concatenate((first + [0, 1, 2], first + [0, 2, 3]))
+        look = {"color": OBSTACLE, "flat_shading": True, "side": "double"}
+        self._scene.add_mesh_simple(name, corners.astype(np.float32), faces, cast_shadow=False, **look)
+
+
+def _upright(corners: FloatArray) -> FloatArray:
+    """Return points of a plane, shape (n, 2), at the ground and at the height that they are drawn to, (2 n, 3) [m]."""
+    return np.concatenate([np.insert(corners, 2, height, axis=1) for height in (0.0, HEIGHT)])
