@@ -56,21 +56,23 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
     """
     outcome, several = _tried(task, timing), replace(timing, refine=False)
     if not timing.refine or outcome.planned is not None:
-        return _otherwise(outcome, task, timing)
-    if isinstance(outcome.reason, UnlimitedError):
+        outcome = _otherwise(outcome, task, timing)
+        if not (timing.refine and outcome.stands_in and task.explained):
+            return outcome
+    elif isinstance(outcome.reason, UnlimitedError):
         return _otherwise(_tried(task, several), task, several)
     refused = outcome.refused
-    if refused is None or not task.explained:
+    if (refused is None and not outcome.stands_in) or not task.explained:
         return _otherwise(outcome, task, timing)
-    short = too_short(task, timing)  # a refusal of one piece proves nothing of more
+    short = None if refused is None else too_short(task, timing)  # a refusal of one piece proves nothing of more
     if short is not None:
         return PlanOutcome(reason=short)
     parted = [timing.in_time(replace(task, pieces=parts)) for parts in PARTS]
     other = outcome_of(lambda: _otherwise(_tried(parted[0], several), parted[0], several))
     if timing.shortest and (other.refused is not None or other.stands_in):
         other = other.or_quicker(_tried(parted[1], several))
-    if not isinstance(other.reason, UnprovedError):
-        return other
+    if refused is None or not isinstance(other.reason, UnprovedError):
+        return other.or_quicker(outcome)
     shortest = min(other.reason, refused, key=lambda error: getattr(error, "shortest", None) or inf)
     return PlanOutcome(reason=shortest)
 

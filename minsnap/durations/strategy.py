@@ -8,7 +8,8 @@
    Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
-2. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
+2. Where no curve is certified, the least cost in barely longer durations of what the search left, which had no end, or
+   uses more than a search knows.  One piece, and several, the same way.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
 4. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
@@ -66,6 +67,7 @@ from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.utilisation import largest_yaw_rate
+from minsnap.limits.vehicle_use import lateral_alike
 from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion
 from minsnap.optimisation.optimum import NO_KNOTS, Optimum
@@ -109,7 +111,7 @@ class StrategySettings:
     tightening : float
         Multiple of the excess by which limits are tightened where the search is repeated.
     longer_factors : tuple of float
-        Factors on the durations of a curve that a search left without an end, in which the least cost is searched.
+        Factors on the durations of a curve that a search left and none certified, in which the least cost is searched.
     slower_share : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     slow_by_turns : float
@@ -133,7 +135,7 @@ class StrategySettings:
     use_without_end: float = 1.1
     seen_excess: float = 0.05
     tightening: float = 2.0
-    longer_factors: tuple[float, ...] = (1.01, 1.03, 1.1)
+    longer_factors: tuple[float, ...] = (1.01, 1.03, 1.06, 1.1)
     slower_share: float = 1e-3
     slow_by_turns: float = 1.02
     slow_enough_to_pace: float = 1.15
@@ -232,7 +234,9 @@ class Strategy:
         """
         guess = None if first is None else guess_of(first, self.task)
         found = self._next(NOTHING, lambda nothing: self.solve(guess))
-        if found.solved is None or self._undivided(found.solved):
+        if found.solved is None and self._known:
+            found = self._next(found, self._in_longer_durations)
+        if found.solved is None or found.stands_in or self._undivided(found.solved):
             found = self._next(found, self._from_fewer_pieces)
             found = self._next(found, self._in_durations_found)
         found = self._next(found, self._with_room)
@@ -364,6 +368,11 @@ class Strategy:
         return heading is None or heading.constant is not None or heading.medium is not None
 
     @property
+    def _drags_unevenly(self) -> bool:
+        """Whether drag turns with the body, of which every search takes the mean."""
+        return isinstance(self.limits, VehicleLimits) and not lateral_alike(self.limits.vehicle)
+
+    @property
     def _turns(self) -> bool:
         """Whether a yaw turns that has a limit on its rate, kept only from a curve on that keeps all others."""
         return self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
@@ -456,13 +465,21 @@ class Strategy:
         """Whether a curve whose search found no end is near enough to its limits to be flown more slowly."""
         return largest_use(limits, solved.flown, proved=False) <= SETTINGS.use_without_end
 
-    def _in_longer_durations(self, curve: ShortestCurve | None) -> SolvedTask | None:
-        """Search the least cost in durations barely longer than those of a search that found no end."""
-        if curve is None or self.interrupted:
-            return None
-        first, longer = solved_at(self.task, curve), (factor * curve.durations for factor in SETTINGS.longer_factors)
-        plans = (self.solve_timed(first, durations) for durations in longer)
-        return next((one for one in plans if one is not None or self.interrupted), None)
+    def _in_longer_durations(self, found: Attempt) -> Attempt:
+        """Search the least cost in durations barely longer than those of a search that left no plan.
+
+        Its curve has no end, or uses more than the search knows: drag that depends on the heading, or a torque.
+        """
+        curve = found.curve
+        if curve is None or found.solved is not None or self.interrupted:
+            return NOTHING
+        slower = map(solved_at(self.task, curve).slowed, SETTINGS.longer_factors)
+        plans = (self.solve_timed(one, one.durations) for one in slower)
+        solved = next((one for one in plans if one is not None or self.interrupted), None)
+        if solved is None:
+            return NOTHING
+        near = self._drags_unevenly and solved.flown.duration <= SETTINGS.slow_by_turns * curve.durations.sum()
+        return Attempt(solved, stands_in=not near)
 
     def _within(
         self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, slower_share: float
@@ -593,14 +610,14 @@ class Strategy:
         first, guess = NOTHING, None
         if not self._fewer_first:
             alone = self._alike(1)
-            first = replace(alone.solve(None), curve=None)  # what is left has other pieces
+            first = alone.solve(None)
+            first = replace(first.then(alone._in_longer_durations(first)), curve=None)  # what is left has other pieces
             if first.solved is None or self.interrupted:
                 return first
             guess = None if refine else guess_of(first.solved.trajectory, alone.task)
         several = self._alike(QUESTION.divisions[0]) if refine else self
         more = several.solve(guess)
-        if more.solved is None:
-            more = replace(more, solved=several._in_longer_durations(more.curve))
+        more = more.then(several._in_longer_durations(more))
         if refine:
             return first.then(replace(more, curve=None))
         return replace(first, solved=None if first.solved is None else self.cut(first.solved)).then(more)
