@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import sin
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def norm_limits(limits: Limits) -> tuple[float, float, float, float]:
         least[order] = min(least[order], limit)
     reserve = [] if limits.max_thrust is None else [(limits.max_thrust - 1.0) * limits.gravity]
     reserve += [] if limits.min_thrust is None else [(1.0 - limits.min_thrust) * limits.gravity]
-    reserve += [] if limits.tilt is None else [limits.gravity * np.sin(limits.tilt)]
+    reserve += [] if limits.tilt is None else [limits.gravity * sin(limits.tilt)]
     turning = [] if limits.body_rate is None else [0.5 * limits.gravity * limits.body_rate]
     return least[1], min((least[2], *reserve)), min((least[3], *turning)), least[4]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot
+from math import hypot, tan
 from typing import Any
 
 import numpy as np
@@ -261,7 +261,7 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
     if medium.drags and limits.max_thrust is not None:
         entries.append(InstantLimit(InstantKind.MOST_THRUST, (*medium.values, limits.max_thrust * share)))
     if medium.drags and limits.tilt is not None:
-        entries.append(InstantLimit(InstantKind.TILT, (*medium.values, float(np.tan(limits.tilt * share)))))
+        entries.append(InstantLimit(InstantKind.TILT, (*medium.values, tan(limits.tilt * share))))
     if limits.body_rate is not None:
         entries.append(InstantLimit(InstantKind.BODY_RATE, (*medium.values, limits.body_rate * share)))
     if isinstance(limits, VehicleLimits):

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, partial
+from math import tan
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -185,7 +186,7 @@ class _Tilt:
         return np.asarray(np.where(flat, np.pi / 2.0, np.arctan2(np.linalg.norm(thrust[:, :2], axis=1), thrust[:, 2])))
 
     def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
-        slope = float(np.tan(limit))
+        slope = tan(limit)  # NumPy's differs from processor to processor
         up = _faces(extent, np.eye(3)[2], (-(1.0 - EXACT) * gravity, np.inf), 2, name)
         return [up, _ball(extent, np.eye(2, 3), slope * gravity, 2, name, slope=(0.0, 0.0, slope))]
 

@@ -55,6 +55,36 @@ void each_fault_has_its_sentence(minsnap_planner *planner) {
     refused(planner, "exclude each other", [](P &problem, L &) { problem.total_time = 4.0; });
     refused(planner, "total time is nan", [](P &problem, L &) { problem.total_time = none; });
     refused(planner, "search may take -1 s", [](P &problem, L &) { problem.seconds = -1.0; });
+    static minsnap_gate gate = minsnap_gate_new();
+    auto through = [](P &problem, auto change) {
+        gate = minsnap_gate_new(), gate.waypoint = 1, gate.normal[0] = 1.0, gate.width = 1.0;
+        problem.gates = 1, problem.gate = &gate;
+        change();
+    };
+    static const double square[] = {4, 0, 1, 4, 2, 1, 4, 2, 2, 4, 0, 2}, dented[] = {4, 0, 1, 4, 2, 1, 4, 1, 1.6, 4, 1, 2};
+    refused(planner, "-1 gates", [](P &problem, L &) { problem.gates = -1; });
+    refused(planner, "1 gates", [](P &problem, L &) { problem.gates = 1; });
+    refused(planner, "gate 0 has size 3", [&](P &problem, L &) { through(problem, [] { gate.size = 3; }); });
+    refused(planner, "at waypoint 9", [&](P &problem, L &) { through(problem, [] { gate.waypoint = 9; }); });
+    refused(planner, "is at an end", [&](P &problem, L &) { through(problem, [] { gate.waypoint = 2; }); });
+    refused(planner, "crossing of the gate at waypoint 1 is 2", [&](P &problem, L &) { through(problem, [] { gate.crossing = 2; }); });
+    refused(planner, "normal of the gate", [&](P &problem, L &) { through(problem, [] { gate.normal[0] = 0.0; }); });
+    refused(planner, "normal of the gate", [&](P &problem, L &) { through(problem, [] { gate.normal[1] = none; }); });
+    refused(planner, "margin of the gate at waypoint 1 is -1", [&](P &problem, L &) { through(problem, [] { gate.margin = -1.0; }); });
+    refused(planner, "nothing is left", [&](P &problem, L &) { through(problem, [] { gate.margin = 0.5; }); });
+    refused(planner, "a side of the gate", [&](P &problem, L &) { through(problem, [] { gate.width = 0.0; }); });
+    refused(planner, "up of the gate", [&](P &problem, L &) { through(problem, [] { gate.up[0] = 1.0; }); });
+    refused(planner, "has 2 corners", [&](P &problem, L &) { through(problem, [] { gate.corner = square, gate.corners = 2; }); });
+    refused(planner, "no convex polygon", [&](P &problem, L &) { through(problem, [] { gate.corner = dented, gate.corners = 4; }); });
+    refused(planner, "no convex polygon",
+            [&](P &problem, L &) { through(problem, [] { gate.corner = square, gate.corners = 4, gate.normal[0] = -1.0; }); });
+    refused(planner, "not in the plane",
+            [&](P &problem, L &) { through(problem, [] { gate.corner = square, gate.corners = 4, gate.normal[1] = 1e-3; }); });
+    static const double yaws[] = {0.0, none, 1.0}, apart[] = {0.0, 1.0, 0.5}, lap[] = {0, 0, 1, 4, 1, 1.5, 0, 0, 1};
+    refused(planner, "yaw at waypoint 1 is nan", [](P &problem, L &) { problem.yaws = yaws; });
+    refused(planner, "ends at 0.5 rad", [](P &problem, L &) { problem.yaws = apart, problem.points = lap, problem.closed = 1; });
+    static const double radii[] = {0.0, 0.3, 0.0};
+    refused(planner, "a gate and a ball", [&](P &problem, L &) { through(problem, [&] { problem.radii = radii; }); });
     refused(planner, "lower and upper", [](P &problem, L &) { problem.box_lower = points; });
     refused(planner, "the box of leg 0", [](P &problem, L &) { problem.box_lower = problem.box_upper = points; });
     refused(planner, "-5 planes", [](P &problem, L &) { problem.planes = -5; });
@@ -157,6 +187,7 @@ void null_pointers(minsnap_planner *planner) {
     EXPECT(minsnap_replan(planner, &problem, nullptr, 0.0, 0.1, &curve) == MINSNAP_BAD_SIZE);
     EXPECT(minsnap_brake(planner, &problem, nullptr, 0.0, &curve) == MINSNAP_BAD_SIZE && minsnap_message(planner)[0] != 0);
     EXPECT(minsnap_plan(planner, &problem, &curve) == MINSNAP_DONE && curve.legs == 2 && minsnap_message(planner)[0] == 0);
+    EXPECT(minsnap_yaw_at(&curve, 0, &t, 1, value) == MINSNAP_BAD_SIZE && minsnap_yaw_at(nullptr, 0, &t, 1, value) == MINSNAP_BAD_SIZE);
     EXPECT(minsnap_certify(planner, nullptr, &curve, &proved) == MINSNAP_BAD_SIZE && proved.kept == 0);
     EXPECT(minsnap_replan(planner, nullptr, &curve, 0.0, 0.1, &other) == MINSNAP_BAD_SIZE);
     EXPECT(minsnap_at(nullptr, 0, &t, 1, value) == MINSNAP_BAD_SIZE && minsnap_at(&curve, 0, nullptr, 1, value) == MINSNAP_BAD_SIZE);
@@ -192,7 +223,7 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
     Random random{seed};
     const double odd[] = {0.0, -0.0, 1.0, -1.0, 1e-320, 1e-40, 1e40, 1.7e308, none, endless, -endless, 3.0, 0.3};
     for (int round = 0; round < rounds; ++round) {
-        double places[12], times[3], wide[3], corners[2][9], normals[6], bounds[2], radii[4], ends[2][15];
+        double angles[4], places[12], times[3], wide[3], corners[2][9], normals[6], bounds[2], radii[4], ends[2][15];
         std::int64_t legs[2];
         auto number = [&](double usual) {
             const std::uint64_t kind = random.below(12);
@@ -250,6 +281,17 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
             problem.planes = std::int64_t(random.below(3)), problem.plane_leg = legs, problem.plane_normal = normals,
             problem.plane_bound = bounds;
         if (sometimes(3)) problem.radii = radii;
+        minsnap_gate gates[2] = {minsnap_gate_new(), minsnap_gate_new()};
+        for (minsnap_gate &gate : gates) {
+            gate.waypoint = std::int64_t(random.below(4)), gate.crossing = std::int64_t(random.below(3)) - 1;
+            for (double &value : gate.normal) value = number(1.0);
+            gate.width = number(1.0), gate.height = sometimes(3) ? 0.0 : number(1.0), gate.margin = number(0.1);
+            if (sometimes(5)) gate.corner = corners[0], gate.corners = std::int64_t(random.below(4));
+        }
+        if (sometimes(3)) problem.gates = 1 + std::int64_t(random.below(2)), problem.gate = gates;
+        for (double &angle : angles) angle = number(3.0);
+        if (problem.closed == 1) angles[3] = angles[0];
+        if (sometimes(4)) problem.yaws = angles;
         if (sometimes(4)) problem.start = ends[0];
         if (sometimes(4)) problem.end = ends[1];
         problem.seconds = 0.003;
@@ -258,7 +300,9 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
         EXPECT(minsnap_status_name(status) != nullptr);
         if (status != MINSNAP_DONE) EXPECT(minsnap_message(planner)[0] != 0);
         if (status != MINSNAP_DONE && status != MINSNAP_SPENT) EXPECT(curve.legs == 0 && curve.points == nullptr);
-        double least = -1.0;
+        double least = -1.0, angle = 0.0;
+        const double begin = 0.0;
+        if (curve.yaw != nullptr) EXPECT(minsnap_yaw_at(&curve, 0, &begin, 1, &angle) == MINSNAP_DONE && angle == angles[0]);
         if (minsnap_least_time(planner, &problem, &least) == MINSNAP_DONE)
             EXPECT(least > 0.0 && (status != MINSNAP_DONE || least <= curve.duration));
         else

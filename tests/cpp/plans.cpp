@@ -12,10 +12,10 @@
 
 namespace {
 
-// Of the bits of durations, then of control points (Fowler, Noll and Vo, FNV-1a).
+// Of the bits of durations, then of control points, and of those of a heading (Fowler, Noll and Vo, FNV-1a).
 std::uint64_t digest(const minsnap::Curve &curve) {
     std::uint64_t hash = 14695981039346656037ULL;
-    for (const std::vector<double> *values : {&curve.durations(), &curve.points()})
+    for (const std::vector<double> *values : {&curve.durations(), &curve.points(), &curve.yaw_points()})
         for (const double value : *values) {
             const double own = value == 0.0 ? 0.0 : value;  // of either sign
             unsigned char bytes[sizeof own];
@@ -35,6 +35,14 @@ minsnap::Problem line() {
     minsnap::Problem problem(3);
     problem.points = {0, 0, 1, 4, 1, 1.5, 7, -1, 2};
     return problem;
+}
+
+// An opening of 1.2 m by 0.8 m.
+minsnap::Gate gate(std::int64_t waypoint, double x, double y, double z, std::int64_t crossing = 0) {
+    minsnap::Gate made;
+    made.waypoint = waypoint, made.normal[0] = x, made.normal[1] = y, made.normal[2] = z;
+    made.width = 1.2, made.height = 0.8, made.margin = 0.1, made.crossing = crossing;
+    return made;
 }
 
 minsnap::Limits usual() {
@@ -116,6 +124,26 @@ std::map<std::string, minsnap::Problem> problems() {
     problem = rectangle(), problem.within(usual()), problem.degree = 9, problem.widths = {0.4, 0.4, 0.4, 0.4};
     all.emplace("limits, degree 9, in a tube", problem);
 
+    problem = rectangle(), problem.durations = {4, 2, 4, 2}, problem.yaws = {0, 1.5, 3.2, -1.6, 7};
+    all.emplace("yaws", problem);
+    problem.durations.clear(), problem.within(usual()), problem.closed = true, problem.yaws = {0.1, 1, 5, -3, 0.1};
+    all.emplace("lap within limits with yaws", problem);
+
+    problem = line(), problem.durations = {2, 2}, problem.gates = {gate(1, 1, 0, 0)};
+    all.emplace("gate", problem);
+    problem.gates[0] = gate(1, 3, -4, 0, 1), problem.durations.clear(), problem.total_time = 4.0;
+    all.emplace("slanted gate, total", problem);
+    static const double triangle[] = {4, 0, 1, 4, 2, 1, 4, 1, 2.5};
+    problem.gates[0] = gate(1, 1, 0, 0), problem.gates[0].corner = triangle, problem.gates[0].corners = 3;
+    all.emplace("gate of three corners, total", problem);
+    problem = rectangle(), problem.gates = {gate(3, -1, 0, 1), gate(1, 1, 1, 0), gate(2, 0, 0, 1, -1)}, problem.radii = {0, 0, 0, 0, 0};
+    problem.within(usual());
+    all.emplace("gates within limits", problem);
+    problem.pieces = 1, problem.gates = {gate(0, 0, -1, 0, -1), gate(2, 0, 3, 4)}, problem.closed = true, problem.radii = {0, 0.3, 0, 0.3, 0};
+    all.emplace("lap of gates and balls within limits", problem);
+    problem.within(minsnap::Limits()), problem.limited = false, problem.total_time = 12.0;
+    all.emplace("lap of gates and balls, total", problem);
+
     problem = minsnap::Problem(2), problem.points = {0, 0, 5, 0, 5, 3}, problem.within(usual());
     all.emplace("limits in the plane", problem);
     return all;
@@ -188,6 +216,21 @@ void rotors() {
     EXPECT(dragged.status == MINSNAP_DONE && planner.certify(problem, dragged.curve).kept == 1);
 }
 
+// A heading goes on in flight, and is where it was asked for at the waypoints.
+void headings() {
+    minsnap::Planner planner;
+    minsnap::Problem problem = rectangle();
+    problem.within(usual()), problem.yaws = {0, 1.5, 3, -1.5, 0};
+    const minsnap::Plan first = planner.plan(problem), next = planner.replan(problem, first.curve, 0.4, 1.0);
+    EXPECT(first.status == MINSNAP_DONE && next.status == MINSNAP_DONE);
+    EXPECT(std::abs(first.curve.yaw(0.0)) < 1e-12 && std::abs(first.curve.yaw(first.curve.duration(), 1)) < 1e-9);
+    for (std::int64_t order = 0; order < 2; ++order)
+        EXPECT(std::abs(first.curve.yaw(1.4, order) - next.curve.yaw(0.0, order)) < 1e-9);
+    EXPECT(std::abs(std::remainder(next.curve.yaw(next.curve.duration()), 2.0 * std::acos(-1.0))) < 1e-9);
+    problem.yaws.clear();
+    EXPECT(std::isnan(planner.plan(problem).curve.yaw(0.5)));
+}
+
 // A search that is ended gives the best curve there is, or none, and says so.
 void stops() {
     minsnap::Planner planner;
@@ -241,6 +284,7 @@ int main(int count, char **arguments) {
     }
     replans();
     rotors();
+    headings();
     stops();
     certifies();
     return wrong;

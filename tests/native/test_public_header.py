@@ -32,6 +32,16 @@ POLYTOPES = minsnap.Polytopes([([*SIDES, (0, 1, 0)], [8.5] * 7 + [1.03]), (SIDES
 USUAL = minsnap.Limits(speed=3.0, acceleration=4.0, jerk=30.0)
 LIFTED = {"max_thrust": 1.6, "min_thrust": 0.5, "tilt": 0.5, "speed": 4.0, "jerk": 30.0}
 START = {"velocity": (1, 0, 0), "acceleration": (0, 0.5, 0)}
+
+
+def gate(center, normal, crossing=0):
+    """An opening of 1.2 m by 0.8 m."""
+    return minsnap.Gate(center, normal, 1.2, 0.8, crossing=crossing, margin=0.1)
+
+
+START_GATE = gate(RECTANGLE[0], (0, -1, 0), -1)
+LAP = [START_GATE, RECTANGLE[1], gate(RECTANGLE[2], (0, 3, 4)), RECTANGLE[3], START_GATE]
+BALLS = {"waypoint_tolerance": minsnap.Ball([0, 0.3, 0, 0.3, 0])}
 PLANS = {
     "durations": (RECTANGLE, {"durations": [4, 2, 4, 2]}),
     "tube": (RECTANGLE, {"durations": [4, 2, 4, 2], "corridor": 0.3}),
@@ -62,14 +72,35 @@ PLANS = {
     "limits, degree 5": (LINE, {"limits": USUAL, "degree": 5}),
     "limits, degree 9, in a tube": (RECTANGLE, {"limits": USUAL, "degree": 9, "corridor": 0.4}),
     "limits in the plane": ([(0, 0), (5, 0), (5, 3)], {"limits": USUAL}),
+    "yaws": (RECTANGLE, {"durations": [4, 2, 4, 2], "yaw": [0, 1.5, 3.2, -1.6, 7]}),
+    "lap within limits with yaws": (RECTANGLE, {"limits": USUAL, "closed": True, "yaw": [0.1, 1, 5, -3, 0.1]}),
+    "gate": ([LINE[0], gate(LINE[1], (1, 0, 0)), LINE[2]], {"durations": [2, 2]}),
+    "slanted gate, total": ([LINE[0], gate(LINE[1], (3, -4, 0), 1), LINE[2]], {"total_time": 4.0}),
+    "gate of three corners, total": (
+        [LINE[0], minsnap.Gate.polygon([(4, 0, 1), (4, 2, 1), (4, 1, 2.5)], margin=0.1), LINE[2]],
+        {"total_time": 4.0},
+    ),
+    "gates within limits": (
+        [
+            RECTANGLE[0],
+            gate(RECTANGLE[1], (1, 1, 0)),
+            gate(RECTANGLE[2], (0, 0, 1), -1),
+            gate(RECTANGLE[3], (-1, 0, 1)),
+            RECTANGLE[4],
+        ],
+        {"limits": USUAL},
+    ),
+    "lap of gates and balls within limits": (LAP, {"limits": USUAL, "pieces": 1, "closed": True, **BALLS}),
+    "lap of gates and balls, total": (LAP, {"total_time": 12.0, "closed": True, **BALLS}),
 }
 """The plans of tests/cpp/plans.cpp, as Python asks for them."""
 
 
 def digest(curve):
-    """The digest of tests/cpp/plans.cpp, of all bits of a trajectory."""
+    """The digest of tests/cpp/plans.cpp, of all bits of a trajectory and its heading."""
     value = 14695981039346656037
-    for array in (curve.durations, curve.control_points):
+    turns = [] if curve.yaw.polynomial is None else [curve.yaw.polynomial.control_points]
+    for array in (curve.durations, curve.control_points, *turns):
         for byte in (np.ascontiguousarray(array) + 0.0).tobytes():
             value = (value ^ byte) * 1099511628211 % 2**64
     return f"{value:016x}"

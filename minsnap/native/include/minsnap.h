@@ -65,6 +65,19 @@ typedef struct minsnap_limits {
     const minsnap_vehicle *vehicle;         /* whose rotors keep their range, and with them the sum of thrusts; or null */
 } minsnap_limits;
 
+/* An opening in a plane, at a waypoint: the curve meets the plane within it, and the waypoint is a point of it. */
+typedef struct minsnap_gate {
+    int64_t size;         /* sizeof(minsnap_gate), as minsnap_gate_new sets it */
+    int64_t waypoint;     /* an inner one, or the first of a lap */
+    double normal[3];     /* across the opening, of any length but zero; in the plane the first two count */
+    double width, height; /* of a rectangle around the waypoint [m]; the height is the width unless given, and none in the plane */
+    double up[3];         /* along the height, its part in the opening counts; z unless given, or y for a level opening */
+    int64_t corners;      /* at least 3, or 2 in the plane */
+    const double *corner; /* (corners, dim) of a convex polygon in place of the rectangle, counter-clockwise about the normal [m]; or null */
+    double margin;        /* how far the curve stays from the edges [m] */
+    int64_t crossing;     /* 1 where it is flown through along the normal, -1 against it, 0 either way */
+} minsnap_gate;
+
 /* What is asked for. With durations, or a total time, the curve costs least: the integral of the squared k-th derivative, for degree 2k - 1. With
  * neither, it is the quickest that is found within the limits. Walls hold at every instant, all of them together. */
 typedef struct minsnap_problem {
@@ -86,6 +99,9 @@ typedef struct minsnap_problem {
     const double *plane_normal;     /* (planes, dim) of any length but zero */
     const double *plane_bound;      /* (planes,) [m] for a normal of length 1 */
     const double *radii;            /* (waypoints,) balls around waypoints through which the curve may pass [m], 0 at both ends; or null */
+    int64_t gates;                  /* openings that are flown through */
+    const minsnap_gate *gate;       /* (gates,), one at a waypoint, which then has no ball */
+    const double *yaws;             /* (waypoints,) headings, turned the shorter way but for whole turns [rad]; or null */
     const double *start;            /* (k - 1, dim) derivatives 1 ... k - 1 at the start [m/s^order]; null at rest */
     const double *end;              /* (k - 1, dim) the same at the end */
     double seconds;                 /* after which a search ends with the best curve so far [s]; 0 for as much work as a problem is worth */
@@ -105,6 +121,7 @@ typedef struct minsnap_curve {
     const double *breaks;    /* (legs * pieces + 1,) where polynomials begin and end, from 0 [s] */
     double duration;         /* [s] */
     double cost;             /* integral of the squared norm of derivative (degree + 1) / 2 [m^2/s^degree] */
+    const double *yaw;       /* (legs, 4) control points of the heading, a cubic polynomial of each leg [rad]; or null */
 } minsnap_curve;
 
 /* What is proved of a curve over all time, rounding included. */
@@ -130,6 +147,12 @@ static inline minsnap_vehicle minsnap_vehicle_new(void) {
 }
 static inline minsnap_limits minsnap_limits_new(void) {
     minsnap_limits made;
+    memset(&made, 0, sizeof made);
+    made.size = (int64_t)sizeof made;
+    return made;
+}
+static inline minsnap_gate minsnap_gate_new(void) {
+    minsnap_gate made;
     memset(&made, 0, sizeof made);
     made.size = (int64_t)sizeof made;
     return made;
@@ -195,6 +218,9 @@ MINSNAP_API minsnap_status minsnap_least_time(minsnap_planner *planner, const mi
 
 /* Derivatives of an order at instants (count,) [s] from 0 to the duration: out (count, dim) [m/s^order]. */
 MINSNAP_API minsnap_status minsnap_at(const minsnap_curve *curve, int64_t order, const double *t, int64_t count, double *out);
+
+/* Derivatives of the heading at instants (count,) [s], of a curve that has one: out (count,) [rad/s^order]. */
+MINSNAP_API minsnap_status minsnap_yaw_at(const minsnap_curve *curve, int64_t order, const double *t, int64_t count, double *out);
 
 /* Prove what holds of any curve over all time, and whether it keeps what a problem asks for; times count where the problem has durations or a total. */
 MINSNAP_API minsnap_status minsnap_certify(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *curve,

@@ -55,6 +55,7 @@ public:
         points_.assign(from.points, from.points + count * (from.degree + 1) * from.dim);
         durations_.assign(from.durations, from.durations + count);
         breaks_.assign(from.breaks, from.breaks + (count > 0 ? count + 1 : 0));
+        yaw_.assign(from.yaw, from.yaw + (from.yaw == nullptr ? 0 : 4 * from.legs));
     }
 
     bool empty() const { return legs_ == 0; }
@@ -82,18 +83,27 @@ public:
         return minsnap_at(&whole, order, t.data(), static_cast<std::int64_t>(t.size()), out.data());
     }
 
+    // A derivative of the heading at an instant [rad/s^order]; not a number where there is none.
+    double yaw(double t, std::int64_t order = 0) const {
+        double value = 0.0;
+        const minsnap_curve whole = view();
+        return minsnap_yaw_at(&whole, order, &t, 1, &value) == MINSNAP_DONE ? value : std::nan("");
+    }
+    const std::vector<double> &yaw_points() const { return yaw_; }  // (legs, 4), empty where there is none
+
     // The curve as minsnap.h has it, as long as this one lives.
     minsnap_curve view() const {
         minsnap_curve curve = minsnap_curve_new();
         curve.legs = legs_, curve.pieces = pieces_, curve.degree = degree_, curve.dim = dim_, curve.cost = cost_;
         curve.points = points_.data(), curve.durations = durations_.data(), curve.breaks = breaks_.data(), curve.duration = duration();
+        curve.yaw = yaw_.empty() ? nullptr : yaw_.data();
         return curve;
     }
 
 private:
     std::int64_t legs_ = 0, pieces_ = 0, degree_ = 0, dim_ = 0;
     double cost_ = 0.0;
-    std::vector<double> points_, durations_, breaks_;
+    std::vector<double> points_, durations_, breaks_, yaw_;
 };
 
 // A vehicle whose rotors are to keep their range; all zero to begin with.
@@ -106,6 +116,11 @@ struct Limits : minsnap_limits {
     Limits() : minsnap_limits(minsnap_limits_new()) {}
 };
 
+// A gate; it has no size to begin with.
+struct Gate : minsnap_gate {
+    Gate() : minsnap_gate(minsnap_gate_new()) {}
+};
+
 // A problem whose arrays are vectors.
 class Problem {
 public:
@@ -113,7 +128,8 @@ public:
 
     std::int64_t dim, degree = 7, pieces = 0;
     bool closed = false, limited = false;
-    std::vector<double> points, durations, widths, box_lower, box_upper, radii, start, end;
+    std::vector<double> points, durations, widths, box_lower, box_upper, radii, yaws, start, end;
+    std::vector<Gate> gates;  // their corners belong to the caller
     double total_time = 0.0, seconds = 0.0;
     std::function<bool()> stop;
 
@@ -136,14 +152,16 @@ public:
         const auto orders = static_cast<std::size_t>((degree - 1) / 2) * size;
         const std::pair<const std::vector<double> *, std::size_t> sizes[] = {
             {&durations, legs}, {&widths, legs}, {&box_lower, legs * size}, {&box_upper, legs * size}, {&radii, waypoints},
-            {&start, orders},   {&end, orders}};
+            {&start, orders},   {&end, orders},   {&yaws, waypoints}};
         for (const auto &[values, count] : sizes)
             if (!values->empty() && values->size() != count) return false;
         problem.dim = dim, problem.waypoints = static_cast<std::int64_t>(waypoints), problem.degree = degree, problem.pieces = pieces;
         problem.closed = closed, problem.points = points.data(), problem.durations = given(durations), problem.total_time = total_time;
         problem.limits = limited ? &limits_ : nullptr, problem.widths = given(widths), problem.box_lower = given(box_lower);
         problem.box_upper = given(box_upper), problem.planes = static_cast<std::int64_t>(legs_.size()), problem.plane_leg = legs_.data();
-        problem.plane_normal = given(normals_), problem.plane_bound = given(bounds_), problem.radii = given(radii),
+        problem.plane_normal = given(normals_), problem.plane_bound = given(bounds_), problem.radii = given(radii);
+        problem.yaws = given(yaws);
+        problem.gates = static_cast<std::int64_t>(gates.size()), problem.gate = gates.empty() ? nullptr : gates.data();
         problem.start = given(start);
         problem.end = given(end), problem.seconds = seconds;
         if (stop) problem.stop = &Problem::ask, problem.context = const_cast<Problem *>(this);

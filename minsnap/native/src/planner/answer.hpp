@@ -19,6 +19,8 @@ public:
     Buffer<double> points;     // (legs * pieces, 2k, dim)
     Buffer<double> durations;  // (legs * pieces,)
     Buffer<double> breaks;     // (legs * pieces + 1,)
+    Buffer<double> yaw;        // (legs, 4) where it heads somewhere
+    bool heads = false;
 
     [[nodiscard]] bool allocate(const Course &course, std::int64_t per_leg) {
         legs = course.legs, pieces = per_leg, dim = course.dim, half = course.half;
@@ -35,7 +37,8 @@ public:
 
     void swap(CurveMemory &other) {
         std::swap(legs, other.legs), std::swap(pieces, other.pieces), std::swap(dim, other.dim), std::swap(half, other.half);
-        points.swap(other.points), durations.swap(other.durations), breaks.swap(other.breaks);
+        points.swap(other.points), durations.swap(other.durations), breaks.swap(other.breaks), yaw.swap(other.yaw);
+        std::swap(heads, other.heads);
     }
 
     [[nodiscard]] bool copy(const CurveMemory &from) {
@@ -52,7 +55,7 @@ public:
         write_breaks(durations.data(), all(), breaks.data());
         curve.legs = legs, curve.pieces = pieces, curve.degree = 2 * half - 1, curve.dim = dim;
         curve.points = points.data(), curve.durations = durations.data(), curve.breaks = breaks.data();
-        curve.duration = breaks[std::size_t(all())];
+        curve.duration = breaks[std::size_t(all())], curve.yaw = heads ? yaw.data() : nullptr;
         minsnap_costs(std::int32_t(all()), 2 * half - 1, dim, points.data(), durations.data(), half, nullptr, &curve.cost);
     }
 };
@@ -61,6 +64,8 @@ public:
 struct Reached {
     double norm[4] = {0.0, 0.0, 0.0, 0.0};
     double thrust = 0.0, least_thrust = 0.0, tilt = 0.0, body_rate = 0.0;  // thrusts over weight
+    std::int64_t piece[2] = {0, 0};                                        // in which the thrust is greatest, and least
+    double place[2] = {0.0, 0.0};                                          // where on it, on [0, 1]
 };
 
 // Curves as what is proved of them takes them.
@@ -86,7 +91,7 @@ bool vehicle_kept(const CurveView &curve, const Bounds &bounds, double share = 0
 // A proved bound of the excess over walls on positions [m], negative inside; infinite where there is no proof.
 double wall_excess(const CurveView &curve, const WallSets &walls);
 
-// The largest distance of knots from where they may be, beyond balls and rounding of it [m].
+// The largest distance of knots from where they may be, beyond balls and gates, and whether it is rounding [m].
 double waypoint_excess(const CurveView &curve, const Course &course, bool &passes);
 
 // Prove everything; a sentence where something is not kept.

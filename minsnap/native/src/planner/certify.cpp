@@ -158,7 +158,7 @@ private:
 }  // namespace
 
 Status measure(const CurveView &curve, double gravity, bool thrust, Reached &reached) {
-    const std::int64_t pieces = curve.legs * curve.pieces, orders[4] = {1, 2, 3, 4}, measures[4] = {0, 1, 2, 3};
+    const std::int64_t pieces = curve.legs * curve.pieces, orders[4] = {1, 2, 3, 4}, measures[4] = {0, 1, 3, 2};  // the tilt last
     std::int64_t piece[4], known = std::min(4, curve.degree);
     double values[12], found[12];
     Status status =
@@ -171,11 +171,12 @@ Status measure(const CurveView &curve, double gravity, bool thrust, Reached &rea
     if (!thrust) return Status::done;
     status = Status(minsnap_thrust_axis(pieces, curve.degree, curve.points, curve.durations, gravity, 4, measures, found));
     if (status == Status::unsupported) {  // it points down somewhere
-        status = Status(minsnap_thrust_axis(pieces, curve.degree, curve.points, curve.durations, gravity, 2, measures, found));
-        found[6] = found[9] = infinite;
+        status = Status(minsnap_thrust_axis(pieces, curve.degree, curve.points, curve.durations, gravity, 3, measures, found));
+        found[9] = infinite;
     }
     reached.thrust = root(found[0]), reached.least_thrust = root(-found[3]);
-    reached.tilt = found[6] < infinite ? std::atan(root(found[6])) : 3.141592653589793, reached.body_rate = root(found[9]);
+    reached.tilt = found[9] < infinite ? std::atan(root(found[9])) : 3.141592653589793, reached.body_rate = root(found[6]);
+    for (int k = 0; k < 2; ++k) reached.piece[k] = std::int64_t(found[3 * k + 1]), reached.place[k] = found[3 * k + 2];
     return status;
 }
 
@@ -208,6 +209,26 @@ double wall_excess(const CurveView &curve, const WallSets &walls) {
     return worst;
 }
 
+// Whether gates are passed in their direction, to rounding of the largest speed.
+bool crossed(const CurveView &curve, const Course &course) {
+    double largest[3] = {0.0, -1.0, 0.0};
+    const std::int64_t order = 1;
+    for (std::int64_t k = 0; k < course.regions.count(); ++k) {
+        const Region &region = course.regions[k];
+        if (!region.crossed) continue;
+        std::int64_t piece = 0;
+        const std::int64_t pieces = curve.legs * curve.pieces;
+        if (largest[1] < 0.0 &&
+            minsnap_largest_norms(pieces, curve.degree, curve.dim, curve.points, curve.durations, 1, &order, largest, &piece))
+            return false;
+        double velocity[3], rounding, along = 0.0;
+        side(curve, region.waypoint * curve.pieces, false, 1, velocity, rounding);
+        for (int d = 0; d < curve.dim; ++d) along += velocity[d] * region.direction[d];
+        if (!(along >= -exact * root(largest[1]))) return false;
+    }
+    return true;
+}
+
 double waypoint_excess(const CurveView &curve, const Course &course, bool &passes) {
     const int count = curve.degree + 1, dim = curve.dim;
     double worst = 0.0, size = 0.0, away = 0.0;
@@ -217,12 +238,13 @@ double waypoint_excess(const CurveView &curve, const Course &course, bool &passe
         for (int end = 0; end < 2; ++end) {
             if ((end == 0 && i == course.legs) || (end == 1 && i == 0)) continue;
             const double *const at = curve.points + (end == 0 ? i * curve.pieces * count : i * curve.pieces * count - 1) * dim;
-            double square = 0.0;
-            for (int d = 0; d < dim; ++d) square += (at[d] - course.state(i)[d]) * (at[d] - course.state(i)[d]);
-            worst = std::max(worst, std::sqrt(square) - (course.ball(i) ? course.radii[i] : 0.0));
+            double square = 0.0, offset[3];
+            for (int d = 0; d < dim; ++d) offset[d] = at[d] - course.state(i)[d], square += offset[d] * offset[d];
+            const Region *const region = course.regions.at(i);
+            worst = std::max(worst, region == nullptr ? std::sqrt(square) : course.regions.excess(*region, offset));
         }
     }
-    passes = worst <= exact * away + stored * size;
+    passes = worst <= exact * away + stored * size && crossed(curve, course);
     return worst;
 }
 

@@ -43,7 +43,7 @@ Status Course::take(const minsnap_problem *problem, Says &says, const double *fi
     if (status == Status::done) status = take_tube(*problem, says);
     if (status == Status::done) status = take_boxes(*problem, says);
     if (status == Status::done) status = take_planes(*problem, says);
-    if (status == Status::done) status = take_balls(says);
+    if (status == Status::done) status = regions.take(*problem, problem->points, says);
     return status == Status::done ? look_for_room(says) : status;
 }
 
@@ -197,16 +197,10 @@ Status Course::take_places(const minsnap_problem &given, const double *first, Sa
         if (!(lengths[std::size_t(leg)] > std::max(least_length * sum, nearest)))
             return says(Status::bad_number, "waypoints %lld and %lld are at one place: leave one of them out", Long(leg), Long(leg + 1));
     length = sum / double(legs);
-    radii = given.radii, widths = given.widths;
-    for (std::int64_t i = 0; radii != nullptr && i <= legs; ++i) {
-        if (radii[i] != 0.0 && !positive(radii[i]))
-            return says(Status::bad_number, "the radius of waypoint %lld is %g: it must be positive, or 0", Long(i), radii[i]);
-        if (radii[i] != 0.0 && (i == 0 || i == legs))
-            return says(Status::unsupported, "the first and the last waypoint have no ball: set their radii to 0");
-    }
+    widths = given.widths;
     // walls are those of the legs as they were given
     if (first != nullptr) std::copy(given.points, given.points + dim, points.data());
-    walls.clear(dim), region.clear(dim), walled = false;
+    walls.clear(dim), walled = false;
     return Status::done;
 }
 
@@ -333,23 +327,7 @@ Status Course::take_planes(const minsnap_problem &given, Says &says) {
     return Status::done;
 }
 
-Status Course::take_balls(Says &says) {
-    std::int64_t count = 0;
-    for (std::int64_t i = 0; i <= legs; ++i) count += ball(i);
-    if (count == 0) return Status::done;
-    WallRows to;
-    if (!region.add(count, dim, 0, to)) return says(Status::no_memory, "there is no memory for %lld balls", Long(count));
-    region.last().at_knots = 1;
-    for (std::int64_t i = 0, k = 0; i <= legs; ++i) {
-        if (!ball(i)) continue;
-        to.leg[k] = i, to.radius[k] = to.width[k] = radii[i];
-        for (int d = 0; d < dim; ++d) to.anchor[k * dim + d] = point(i)[d], to.matrix[(k * dim + d) * dim + d] = 1.0;
-        ++k;
-    }
-    return Status::done;
-}
-
-// Every waypoint is inside the walls of its legs, with its ball partly.
+// Every waypoint is inside the walls of its legs, with its region partly.
 Status Course::look_for_room(Says &says) const {
     for (int g = 0; g < walls.count(); ++g)
         for (std::int64_t i = 0; i < walls[g].count; ++i)
@@ -358,7 +336,7 @@ Status Course::look_for_room(Says &says) const {
                 const std::int64_t waypoint = set.leg[i] + end;
                 double room = set.radius[i];
                 for (int d = 0; d < dim; ++d) room += set.slope[i * dim + d] * (state(waypoint)[d] - set.anchor[i * dim + d]);
-                if (room > exact * set.width[i] || (ball(waypoint) && room + radii[waypoint] > 0.0)) continue;
+                if (room > exact * set.width[i] || (reach(waypoint) > 0.0 && room + reach(waypoint) > 0.0)) continue;
                 if (room >= -exact * set.width[i] && !limited) continue;
                 return says(Status::bad_number,
                             room < 0.0 ? "waypoint %lld is %.3g m outside of a wall of leg %lld: move it, or widen the corridor"

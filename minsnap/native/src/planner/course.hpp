@@ -8,6 +8,7 @@
 #include "basics/buffer.hpp"
 #include "basics/status.hpp"
 #include "basics/public.hpp"
+#include "planner/regions.hpp"
 #include "planner/says.hpp"
 #include "planner/wall_sets.hpp"
 
@@ -42,7 +43,7 @@ public:
     std::int64_t legs = 0, pieces = 0;  // pieces 0: the search chooses
     bool closed = false;
     bool still = true;  // whether all pinned derivatives are zero
-    const double *durations = nullptr, *widths = nullptr, *radii = nullptr;
+    const double *durations = nullptr, *widths = nullptr;
     double total = 0.0;
     bool limited = false, walled = false;  // whether there are limits, and walls beside a tube
     Bounds bounds;
@@ -51,14 +52,17 @@ public:
     Buffer<double> lengths;  // (legs,)
     double length = 0.0;     // typical length of a leg
     WallSets walls;          // on positions
-    WallSets region;         // balls at waypoints, as a search has them
+    Regions regions;         // where waypoints may lie
 
     // A status with a sentence where a problem is malformed. A curve in motion begins at `first`, (half, dim) with its position, in place of the
     // first waypoint, whose legs' walls stay; or null.
     Status take(const minsnap_problem *problem, Says &says, const double *first = nullptr);
 
-    bool ball(std::int64_t waypoint) const { return radii != nullptr && radii[waypoint] > 0.0; }
-    bool balls() const { return region.count() > 0; }
+    // How far from a waypoint the curve may pass it.
+    double reach(std::int64_t waypoint) const {
+        const Region *const region = regions.at(waypoint);
+        return region == nullptr ? 0.0 : region->reach;
+    }
 
     // Work that the problem is worth, in milliseconds of a processor, about.
     double worth() const {
@@ -79,7 +83,6 @@ private:
     Status take_tube(const minsnap_problem &given, Says &says);
     Status take_boxes(const minsnap_problem &given, Says &says);
     Status take_planes(const minsnap_problem &given, Says &says);
-    Status take_balls(Says &says);
     Status look_for_room(Says &says) const;
     double scale(std::int64_t leg) const;
 };

@@ -34,7 +34,7 @@ ChainRecord GivenTimes::chain(const double *durations) const {
 }
 
 Status GivenTimes::solve(const double *durations, CurveMemory &curve) {
-    const bool constrained = course_.walls.count() > 0 || course_.balls();
+    const bool constrained = course_.walls.count() > 0 || course_.regions.count() > 0;
     const std::int64_t per_leg = constrained ? std::max<std::int64_t>(course_.pieces, 1) : 1;
     if (!curve.allocate(course_, per_leg)) return says_(Status::no_memory, "there is no memory for the curve");
     for (std::int64_t i = 0; i < curve.all(); ++i) curve.durations[std::size_t(i)] = durations[i / per_leg] / double(per_leg);
@@ -58,7 +58,7 @@ Status GivenTimes::free(const double *durations, CurveMemory &curve) {
 }
 
 bool GivenTimes::plain_tube() const {
-    if (course_.widths == nullptr || course_.walled || course_.balls() || course_.closed || !course_.still || course_.dim == 1)
+    if (course_.widths == nullptr || course_.walled || course_.regions.count() > 0 || course_.closed || !course_.still || course_.dim == 1)
         return false;
     for (std::int64_t leg = 0; leg < course_.legs; ++leg)
         if (course_.widths[leg] == infinite) return false;
@@ -120,7 +120,7 @@ bool GivenTimes::make_question(const double *durations, std::int64_t per_leg, co
         const bool end = !course_.closed && (waypoint == 0 || waypoint == course_.legs);
         for (int q = 0; q < half; ++q)
             for (int d = 0; d < dim; ++d) {
-                if (q == 0 ? course_.ball(waypoint) : !end) continue;
+                if (q == 0 ? course_.regions.free(waypoint, d) : !end) continue;
                 pinned_[at + std::size_t(q * dim + d)] = 1;
                 if (q > 0) values_[at + std::size_t(q * dim + d)] = course_.state(waypoint)[q * dim + d];
             }
@@ -130,7 +130,7 @@ bool GivenTimes::make_question(const double *durations, std::int64_t per_leg, co
         if (!sets_.add_cut(course_.walls[g], per_leg)) return false;
     for (int g = 0; limits != nullptr && g < limits->count(); ++g)
         if (!sets_.add_cut((*limits)[g], per_leg)) return false;
-    if (!add_balls(per_leg)) return false;
+    if (!add_regions(per_leg)) return false;
     question_ = {};
     question_.half = half, question_.pieces = pieces, question_.dim = dim, question_.continuity = half - 1,
     question_.closed = course_.closed;
@@ -141,25 +141,59 @@ bool GivenTimes::make_question(const double *durations, std::int64_t per_leg, co
     return true;
 }
 
-// Boxes around balls, then the balls, each at the start of the piece that follows.
-bool GivenTimes::add_balls(std::int64_t per_leg) {
-    if (!course_.balls()) return true;
-    const WallsRecord &balls = course_.region[0];
+// What holds where waypoints may vary, each at the start of the piece that follows: boxes, upper sides first, other sides of gates, balls, directions of
+// crossing, and planes on which the curve lies.
+bool GivenTimes::add_regions(std::int64_t per_leg) {
+    const Regions &regions = course_.regions;
     const int dim = course_.dim;
-    WallRows box, ball;
-    if (!sets_.add(2 * balls.count * dim, 0, 0, box, true)) return false;
-    if (!sets_.add(balls.count, dim, 0, ball, true)) return false;
-    for (int side = 0; side < 2; ++side)
-        for (std::int64_t i = 0; i < balls.count; ++i)
-            for (int axis = 0; axis < dim; ++axis) {
-                const std::int64_t at = (side * balls.count + i) * dim + axis;
-                box.leg[at] = balls.leg[i] * per_leg, box.radius[at] = box.width[at] = balls.radius[i];
-                for (int d = 0; d < dim; ++d) box.anchor[at * dim + d] = balls.anchor[i * dim + d];
-                box.slope[at * dim + axis] = side == 0 ? -1.0 : 1.0;
-            }
-    for (std::int64_t i = 0; i < balls.count; ++i) {
-        ball.leg[i] = balls.leg[i] * per_leg, ball.radius[i] = ball.width[i] = balls.radius[i];
-        for (int d = 0; d < dim; ++d) ball.anchor[i * dim + d] = balls.anchor[i * dim + d], ball.matrix[(i * dim + d) * dim + d] = 1.0;
+    std::int64_t boxed = 0, sides = 0, balls = 0, crossings = 0, planes = 0;
+    for (std::int64_t k = 0; k < regions.count(); ++k) {
+        const Region &region = regions[k];
+        for (int d = 0; d < dim; ++d) boxed += region.upper[d] > region.lower[d];
+        sides += region.sides, balls += region.radius < infinite, crossings += region.crossed;
+        planes += region.radius == infinite && region.slanted;
+    }
+    auto put = [&](WallRows &to, std::int64_t at, const Region &region, double radius, double width, bool anchored) {
+        to.leg[at] = region.waypoint * per_leg, to.radius[at] = radius, to.width[at] = width;
+        if (anchored) std::copy(course_.point(region.waypoint), course_.point(region.waypoint) + dim, to.anchor + at * dim);
+    };
+    WallRows to;
+    if (boxed > 0 && !sets_.add(2 * boxed, 0, 0, to, true)) return false;
+    for (std::int64_t waypoint = 0, at = 0; waypoint < course_.legs; ++waypoint)
+        for (int d = 0; d < dim; ++d) {
+            if (!regions.free(waypoint, d)) continue;
+            const Region &region = *regions.at(waypoint);
+            const double width = (region.upper[d] - region.lower[d]) / 2.0;
+            put(to, at, region, region.upper[d], width, true), put(to, boxed + at, region, -region.lower[d], width, true);
+            to.slope[at * dim + d] = -1.0, to.slope[(boxed + at++) * dim + d] = 1.0;
+        }
+    if (sides > 0 && !sets_.add(sides, 0, 0, to, true)) return false;
+    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k)
+        for (std::int64_t j = 0; j < regions[k].sides; ++j, ++at) {
+            const double *const side = regions.side(regions[k].first + j);
+            put(to, at, regions[k], side[dim], side[dim], true);
+            for (int d = 0; d < dim; ++d) to.slope[at * dim + d] = -side[d];
+        }
+    if (balls > 0 && !sets_.add(balls, dim, 0, to, true)) return false;
+    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
+        if (!(regions[k].radius < infinite)) continue;
+        put(to, at, regions[k], regions[k].radius, regions[k].radius, true);
+        for (int d = 0; d < dim; ++d) to.matrix[(at * dim + d) * dim + d] = 1.0;
+        ++at;
+    }
+    if (crossings > 0 && !sets_.add(crossings, 0, 1, to, true)) return false;
+    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
+        if (!regions[k].crossed) continue;
+        put(to, at, regions[k], 0.0, 1.0, false);
+        std::copy(regions[k].direction, regions[k].direction + dim, to.slope + at++ * dim);
+    }
+    if (planes > 0 && !sets_.add(planes, 0, 0, to, true)) return false;
+    if (planes > 0) sets_.last().equal = 1;
+    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
+        if (regions[k].radius < infinite || !regions[k].slanted) continue;
+        put(to, at, regions[k], 0.0, course_.length, true);
+        for (int d = 0; d < dim; ++d) to.slope[at * dim + d] = -regions[k].normal[d];
+        ++at;
     }
     return true;
 }
@@ -186,7 +220,7 @@ Status GivenTimes::split(CurveMemory &curve) {
     const double sum = summed(course_.lengths.data(), legs);
     for (std::int64_t leg = 0; leg < legs; ++leg) first_[std::size_t(leg)] = course_.total * course_.lengths[std::size_t(leg)] / sum;
     std::copy(first_.data(), first_.data() + legs, best_.data());
-    const bool constrained = course_.walls.count() > 0 || course_.balls();
+    const bool constrained = course_.walls.count() > 0 || course_.regions.count() > 0;
     SplitRecord record = {};
     record.legs = legs, record.per_leg = 1, record.capacity = evaluations, record.seconds = record.effort = infinite;
     record.durations = best_.data(), record.history = history_.data();

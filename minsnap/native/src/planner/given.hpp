@@ -22,14 +22,16 @@ public:
     // In the durations that the curve has, with limits on derivatives as further walls.
     Status within(const WallSets &limits, CurveMemory &curve);
 
-private:
+    // Without walls, one polynomial a leg.
     Status free(const double *durations, CurveMemory &curve);
+
+private:
     ChainRecord chain(const double *durations) const;
     bool plain_tube() const;
     Status in_tube(CurveMemory &curve);
     Status inside(CurveMemory &curve, const WallSets *limits = nullptr);
     bool make_question(const double *durations, std::int64_t per_leg, const WallSets *limits = nullptr);
-    bool add_balls(std::int64_t per_leg);
+    bool add_regions(std::int64_t per_leg);
     bool split_inside(bool free, SplitRecord &record);
 
     const Course &course_;

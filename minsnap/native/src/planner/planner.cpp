@@ -4,6 +4,7 @@
 
 #include "basics/export.hpp"
 #include "planner/given.hpp"
+#include "planner/headings.hpp"
 #include "planner/planner.hpp"
 #include "planner/time_bound.hpp"
 #include "planner/shortest_plan.hpp"
@@ -46,7 +47,7 @@ Status plan(minsnap_planner &planner, SearchEnd &end, bool &seen) {
 }
 
 // Prove what was found, unless it was seen to be right, and give it to the caller: nothing leaves that is not certified.
-Status give(minsnap_planner &planner, Status status, bool seen, minsnap_curve &curve) {
+Status give(minsnap_planner &planner, Status status, bool seen, const double *yaws, const HeadingState &from, minsnap_curve &curve) {
     if (status != Status::done && status != Status::spent) return status;
     minsnap_curve made = minsnap_curve_new();
     if (planner.next.legs > 0) {
@@ -55,6 +56,9 @@ Status give(minsnap_planner &planner, Status status, bool seen, minsnap_curve &c
         const Status looked = seen ? Status::done : certify(view(planner.next), planner.course, proved, says);
         if (looked != Status::done || (!seen && proved.kept == 0))
             return planner.says(Status::not_proved, "a curve was found and not certified: %s", says.text());
+        const Status heading = make_heading(yaws, planner.course, from, planner.next);
+        if (heading != Status::done)
+            return planner.says(heading, "no heading was computed in these durations: give others, less far apart");
         planner.told.swap(planner.next);
         planner.told.tell(made);
     }
@@ -126,11 +130,12 @@ MINSNAP_EXPORT minsnap_status minsnap_plan(minsnap_planner *planner, const minsn
     planner->says.nothing();
     Status status = minsnap::check_room(curve, planner->says);
     if (status == Status::done) status = planner->course.take(problem, planner->says);
+    if (status == Status::done) status = minsnap::check_yaws(*problem, planner->course, planner->says);
     if (status != Status::done) return minsnap_status(status);
     minsnap::SearchEnd end = minsnap::end_of(*problem, problem->seconds);
     bool seen = false;
     status = minsnap::plan(*planner, end, seen);
-    return minsnap_status(minsnap::give(*planner, status, seen, *curve));
+    return minsnap_status(minsnap::give(*planner, status, seen, problem->yaws, {}, *curve));
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_replan(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
@@ -145,12 +150,15 @@ MINSNAP_EXPORT minsnap_status minsnap_replan(minsnap_planner *planner, const min
     if (!(now >= 0.0))
         return minsnap_status(planner->says(Status::bad_number, "it is %g s on the clock of the curve flown, which begins at 0", now));
     Status status = minsnap::go_on(*planner, problem, flown, now + budget, curve);
+    if (status == Status::done) status = minsnap::check_yaws(*problem, planner->course, planner->says);
     if (status != Status::done) return minsnap_status(status);
     bool seen = false;
     status = minsnap::plan(*planner, end, seen);
     if (status == Status::spent && planner->next.legs == 0)
         return minsnap_status(planner->says(status, "no new curve was certified within the budget: the old one stands"));
-    status = minsnap::give(*planner, status, seen, *curve);
+    minsnap::HeadingState heading;
+    if (flown->yaw != nullptr) heading = {minsnap::heading_at(*flown, 0, now + budget), minsnap::heading_at(*flown, 1, now + budget), true};
+    status = minsnap::give(*planner, status, seen, problem->yaws, heading, *curve);
     return minsnap_status(status == Status::spent ? Status::done : status);
 }
 
@@ -162,7 +170,7 @@ MINSNAP_EXPORT minsnap_status minsnap_brake(minsnap_planner *planner, const mins
     planner->says.nothing();
     Status status = minsnap::go_on(*planner, problem, flown, instant, curve);
     if (status == Status::done) status = minsnap::ShortestPlan(planner->course, end, planner->says).brake(planner->next);
-    return minsnap_status(minsnap::give(*planner, status, true, *curve));
+    return minsnap_status(minsnap::give(*planner, status, true, nullptr, {}, *curve));
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_at(const minsnap_curve *curve, std::int64_t order, const double *t, std::int64_t count, double *out) {
@@ -179,6 +187,17 @@ MINSNAP_EXPORT minsnap_status minsnap_at(const minsnap_curve *curve, std::int64_
     const minsnap::PiecewiseCurve whole = {curve->points,           curve->durations, curve->breaks, pieces, std::int32_t(curve->degree),
                                            std::int32_t(curve->dim)};
     return minsnap_status(minsnap::evaluate_curve(whole, int(order), t, count, out));
+}
+
+MINSNAP_EXPORT minsnap_status minsnap_yaw_at(const minsnap_curve *curve, std::int64_t order, const double *t, std::int64_t count,
+                                             double *out) {
+    const Status status = minsnap::check_curve(curve);
+    if (status != Status::done) return minsnap_status(status);
+    if (curve->yaw == nullptr || count < 0 || order < 0 || (count > 0 && (t == nullptr || out == nullptr))) return MINSNAP_BAD_SIZE;
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!(t[i] >= 0.0 && t[i] <= curve->breaks[curve->legs * curve->pieces])) return MINSNAP_BAD_NUMBER;
+    for (std::int64_t i = 0; i < count; ++i) out[i] = minsnap::heading_at(*curve, order, t[i]);
+    return MINSNAP_DONE;
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_certify(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *curve,

@@ -2,9 +2,12 @@
 #include "planner/shortest_plan.hpp"
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include "arithmetic/double_double.hpp"
 #include "chain/unconstrained.hpp"
+#include "planner/time_bound.hpp"
 #include "polynomials/evaluate.hpp"
 #include "shortest_time/instant_limits.hpp"
 
@@ -42,13 +45,18 @@ struct PlanSettings {
     static constexpr double enough = 2.0;         // by how many excesses limits are tightened
     static constexpr double row_work = 6e-5, block_work = 5e-6;  // milliseconds of a processor, about
     static constexpr double vanishing = 1e-6;                    // share of the longest total below which nothing limits the time
-    static constexpr double idle = 0.8;                          // factor on time below which nothing limits it
+    static constexpr double idle = 0.8;                          // factor on time below which nothing limits it; and where
+    static constexpr double far = 0.05, nearly = 0.98;           // a search ended so far inside all limits
+    static constexpr double slowings[] = {1.05, 1.1, 1.2, 1.4};  // of a curve that is left where a search was ended
+    static constexpr double longer[] = {1.01, 1.03, 1.1};        // durations in which the least cost is searched
+    static constexpr double near_least = 1.05;                   // time of a second start over the least that is proved
     static constexpr double close = 0.2, straight = 0.9;         // legs are close together below that share of the way to stop; its cosine
     static constexpr double on_limit = 0.999;                    // use of a state that leaves no room
     static constexpr double briefest = 0.15;                     // time that stopping takes at least [s]
     static constexpr double kept = 1e-9;                         // how far above 1 a use may be
     static constexpr double met = 2e-7;                          // how near to 1 a use is brought
-    static constexpr int secants = 6, halvings = 60, doublings = 60;
+    static constexpr int secants = 6, halvings = 60;
+    static constexpr double longest = 40.0, precision = 1e-13;  // of the logarithm of a factor on time
     static constexpr double secant_step = 0.05, first_step = 0.02;
     static constexpr double grain = 0x1p32;  // factors on time are rounded up to its fractions
     static constexpr std::int64_t room_for_totals = 256;
@@ -66,6 +74,13 @@ bool most_of(std::int64_t one, std::int64_t all) {
     for (std::int64_t more = 2 * one; more < all; more += one)
         if (all % more == 0) return false;
     return true;
+}
+
+// A number of so many digits, for what a search decides by.
+double significant(double value, int digits) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    return std::strtod(text, nullptr);
 }
 
 double grained(double factor) { return std::ceil(factor * P::grain) / P::grain; }
@@ -123,20 +138,102 @@ void ShortestPlan::make_question() {
     for (std::int64_t i = 0; i <= course_.legs; ++i)
         for (std::int64_t j = 0; j < state; ++j) {
             const bool end = !course_.closed && (i == 0 || i == course_.legs);
-            free_[std::size_t(i * state + j)] = j < course_.dim ? course_.ball(i) : !end;
+            free_[std::size_t(i * state + j)] = j < course_.dim ? course_.regions.free(i, int(j)) : !end;
         }
 }
 
-// Walls, then limits as convex sets, then balls at waypoints.
+// In a slanted plane a position varies along two axes, beside a third across it: a reflection of the world's (A. S. Householder, 1958).
+void ShortestPlan::turn_planes() {
+    const int dim = course_.dim;
+    const std::int64_t state = std::int64_t(course_.half) * dim, count = (course_.legs + 1) * state;
+    std::copy(course_.pinned.data(), course_.pinned.data() + count, pinned_.data());
+    std::fill(turned_.data(), turned_.data() + (course_.legs + 1) * dim * dim, 0.0);
+    slanted_ = false;
+    for (std::int64_t i = 0; i <= course_.legs; ++i) {
+        const Region *const region = course_.regions.at(i);
+        if (region == nullptr || region->radius < infinite || !region->slanted) continue;
+        double mirror[3], square = 0.0, *const axes = turned_.data() + i * dim * dim, *const place = pinned_.data() + i * state;
+        std::copy(region->normal, region->normal + dim, mirror);
+        mirror[0] += region->normal[0] >= 0.0 ? 1.0 : -1.0;
+        for (int d = 0; d < dim; ++d) square += mirror[d] * mirror[d];
+        for (int c = 0; c < dim; ++c) {
+            double along = 0.0;
+            for (int d = 0; d < dim; ++d) {
+                axes[d * dim + c] = (c == d ? 1.0 : 0.0) - 2.0 / square * mirror[d] * mirror[c];
+                along += axes[d * dim + c] * course_.point(i)[d];
+            }
+            place[c] = along;
+            free_[std::size_t(i * state + c)] = c > 0;
+        }
+        slanted_ = true;
+    }
+}
+
+// Walls, then limits as convex sets, then what holds at waypoints.
 bool ShortestPlan::make_sets() {
     const int dim = course_.dim;
     sets_.clear(dim);
     for (int g = 0; g < course_.walls.count(); ++g)
         if (!sets_.add_cut(course_.walls[g], 1)) return false;
     if (!make_limits(false, sets_)) return false;
-    if (!course_.balls()) return true;
-    if (!sets_.add_cut(course_.region[0], 1)) return false;
-    sets_.last().at_knots = 1;
+    return add_regions();
+}
+
+// Flat sides of all regions by waypoint, those of boxes first, then balls, then the directions in which gates are crossed. Of a lap not those of its end.
+bool ShortestPlan::add_regions() {
+    const Regions &regions = course_.regions;
+    const int dim = course_.dim;
+    std::int64_t flat = 0, balls = 0, crossings = 0;
+    for (std::int64_t k = 0; k < regions.count(); ++k) {
+        const bool ball = regions[k].radius < infinite;
+        for (int d = 0; d < dim; ++d) flat += !ball && regions[k].upper[d] > regions[k].lower[d] ? 2 : 0;
+        flat += regions[k].sides, balls += ball, crossings += regions[k].crossed;
+    }
+    auto put = [&](WallRows &to, std::int64_t at, const Region &region, double radius, double width) {
+        to.leg[at] = region.waypoint, to.radius[at] = radius, to.width[at] = width;
+        std::copy(course_.point(region.waypoint), course_.point(region.waypoint) + dim, to.anchor + at * dim);
+    };
+    WallRows to;
+    if (flat > 0) {
+        if (!sets_.add(flat, 0, 0, to)) return false;
+        sets_.last().at_knots = 1;
+    }
+    for (std::int64_t waypoint = 0, at = 0; waypoint < course_.legs; ++waypoint) {
+        const Region *const region = regions.at(waypoint);
+        if (region == nullptr || region->radius < infinite) continue;
+        double width = 0.0;
+        for (int d = 0; d < dim; ++d) width = std::max(width, region->upper[d] - region->lower[d]);
+        for (int side = 0; side < 2; ++side)
+            for (int d = 0; d < dim; ++d) {
+                if (!regions.free(waypoint, d)) continue;
+                put(to, at, *region, side == 0 ? region->upper[d] : -region->lower[d], width / 2.0);
+                to.slope[at++ * dim + d] = side == 0 ? -1.0 : 1.0;
+            }
+        for (std::int64_t j = 0; j < region->sides; ++j, ++at) {
+            const double *const side = regions.side(region->first + j);
+            put(to, at, *region, side[dim], width / 2.0);
+            for (int d = 0; d < dim; ++d) to.slope[at * dim + d] = -side[d];
+        }
+    }
+    if (balls > 0) {
+        if (!sets_.add(balls, dim, 0, to)) return false;
+        sets_.last().at_knots = 1;
+    }
+    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
+        if (!(regions[k].radius < infinite)) continue;
+        put(to, at, regions[k], regions[k].radius, regions[k].radius);
+        for (int d = 0; d < dim; ++d) to.matrix[(at * dim + d) * dim + d] = 1.0;
+        ++at;
+    }
+    if (crossings > 0) {
+        if (!sets_.add(crossings, 0, 1, to)) return false;
+        sets_.last().at_knots = 1;
+    }
+    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
+        if (!regions[k].crossed) continue;
+        to.leg[at] = regions[k].waypoint, to.radius[at] = 0.0, to.width[at] = 1.0;
+        std::copy(regions[k].direction, regions[k].direction + dim, to.slope + at++ * dim);
+    }
     return true;
 }
 
@@ -183,8 +280,12 @@ bool ShortestPlan::stop_and_go(Buffer<double> &durations) const {
         double longest = 0.0;
         const double length = lengths_[std::size_t(leg)];
         for (int order = 1; order <= 4; ++order)
-            if (const double most = course_.bounds.reached(order, course_.bounds.body_rate); most < infinite)
-                longest = std::max(longest, std::pow(peaks[order - 1] * length / most, 1.0 / order));
+            if (const double most = course_.bounds.reached(order, course_.bounds.body_rate); most < infinite) {
+                const double power = peaks[order - 1] * length / most;  // libraries agree on square roots
+                longest = std::max(longest, order == 1   ? power
+                                            : order == 2 ? std::sqrt(power)
+                                                         : significant(std::pow(power, 1.0 / order), 13));
+            }
         durations[std::size_t(leg)] = longest > 0.0 ? longest : 1e-3 + length;
     }
     return true;
@@ -193,51 +294,148 @@ bool ShortestPlan::stop_and_go(Buffer<double> &durations) const {
 Status ShortestPlan::run(CurveMemory &curve) {
     const std::int64_t state = std::int64_t(course_.half) * course_.dim;
     if (!lengths_.allocate(std::size_t(course_.legs)) || !free_.allocate(std::size_t((course_.legs + 1) * state)) ||
-        !totals_.allocate(P::room_for_totals))
+        !totals_.allocate(P::room_for_totals) || !pinned_.allocate(std::size_t((course_.legs + 1) * state)) ||
+        !turned_.allocate(std::size_t((course_.legs + 1) * course_.dim * course_.dim)))
         return says_(Status::no_memory, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
     make_question();
+    turn_planes();
     if (!make_sets())
         return says_(Status::no_memory, "there is no memory for the walls of %lld legs", static_cast<long long>(course_.legs));
-    const Status status = of_pieces(course_.pieces, curve);
-    if (status == Status::no_memory)
-        return says_(status, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
-    if (status == Status::done) return end_.ended ? says_(Status::spent, "the search was ended: this is the best curve so far") : status;
-    if (course_.still && resting(curve))
-        return end_.ended ? says_(Status::spent, "the search was ended: this curve rests at every waypoint") : Status::done;
-    curve.legs = 0;
+    Attempt found;
+    of_pieces(course_.pieces, found);
+    if (no_memory_) return says_(Status::no_memory, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
+    const bool searched = found.solved.legs > 0;
+    Buffer<double> times;
+    const bool slow = !searched || (end_.ended && stop_and_go(times) && found.solved.total() > summed(times.data(), course_.legs));
+    bool rests = false;
+    if (CurveMemory rest; slow && course_.still && resting(rest)) rests = found.shorter(rest);
+    curve.swap(found.solved);
+    if (curve.legs > 0 && end_.ended)
+        return says_(Status::spent, rests ? "the search was ended: this curve rests at every waypoint"
+                                          : "the search was ended: this is the best curve so far");
+    if (curve.legs > 0) return Status::done;
     if (end_.ended) return says_(Status::spent, "the search was ended before it had a curve that can be certified");
     if (on_limit())
         return says_(Status::no_progress,
                      "the state at the start is on a limit, which leaves a new curve no room: raise the limit a little");
-    if (found_none_) return says_(Status::unsupported, "nothing limits the time: the path keeps its limits at any speed; add another one");
+    if (found.unlimited)
+        return says_(Status::unsupported, "nothing limits the time: the path keeps its limits at any speed; add another one");
     return says_(Status::no_progress, "no curve within the limits%s was found: loosen a limit%s",
                  course_.walls.count() > 0 ? " and the walls" : "", course_.walls.count() > 0 ? ", or widen the corridor" : "");
 }
 
+// Take another plan where that is shorter.
+bool ShortestPlan::Attempt::shorter(CurveMemory &other) {
+    if (other.legs == 0 || (solved.legs > 0 && !(other.total() < solved.total()))) return false;
+    solved.swap(other);
+    return true;
+}
+
+// The shorter plan of both, and what the later search left.
+void ShortestPlan::Attempt::then(Attempt &later) {
+    shorter(later.solved);
+    if (later.left.legs > 0) left.swap(later.left);
+    unlimited = unlimited || later.unlimited;
+}
+
 // A flight of so many polynomials a leg, or one of fewer, divided, where that is shorter: every flight of fewer is one of more.
-Status ShortestPlan::of_pieces(std::int64_t pieces, CurveMemory &curve) {
-    asked_ = per_leg_ = pieces;
-    searched_.legs = 0, longest_ = 0.0;
-    Status status = solve(curve);
-    if (status != Status::done && status != Status::no_memory && pieces != 1 && !end_.over()) {
+void ShortestPlan::of_pieces(std::int64_t pieces, Attempt &found) {
+    of_starts(pieces, found);
+    for (std::int64_t fewer = 1; fewer < pieces; ++fewer) {
+        if (!most_of(fewer, pieces)) continue;
+        if (found.hopeless() || no_memory_ || (end_.ended && found.solved.legs > 0)) return;
+        Attempt whole;
+        CurveMemory divided;
+        of_pieces(fewer, whole);
+        if (whole.solved.legs > 0 && cut(whole.solved, pieces, divided)) found.shorter(divided);
+    }
+}
+
+// From the usual start and, where that may end far away, from near the least time too.
+void ShortestPlan::of_starts(std::int64_t pieces, Attempt &found) {
+    of_strategy(pieces, nullptr, found);
+    if (found.solved.legs == 0 || end_.ended || !misled(course_)) return;
+    const std::int64_t finest = pieces == 0 ? P::divided[0] * P::divided[1] : pieces;
+    Guess guess;
+    Attempt other;
+    if (!near_least(finest, guess)) return;
+    of_strategy(finest, &guess, other);
+    found.shorter(other.solved);
+}
+
+// What is tried for a number of pieces: a search; where that has no plan, searches with fewer pieces, then least cost in the durations it left.
+void ShortestPlan::of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found) {
+    per_leg_ = pieces, longest_ = 0.0;
+    solve(guess, found);
+    if (found.solved.legs > 0 && !(fewer_first() && found.solved.pieces == 1)) return;
+    if (goes_on(found)) {
+        Attempt later;
+        from_fewer_pieces(pieces, later);
+        found.then(later);
+    }
+    per_leg_ = pieces;
+    if (goes_on(found)) {
+        Attempt later;
+        in_durations_found(found.left, later);
+        found.then(later);
+    }
+}
+
+// One piece a leg where there is no curve, then several; or one, cut into the wanted number.
+void ShortestPlan::from_fewer_pieces(std::int64_t pieces, Attempt &found) {
+    if (pieces == 1) return;
+    const bool chosen = pieces == 0;
+    Guess guess;
+    bool guessed = false;
+    if (!fewer_first()) {
         per_leg_ = 1;
-        status = solve(curve);
+        solve(nullptr, found);
+        found.left.legs = 0;
+        if (found.solved.legs == 0 || end_.over()) return;
+        guessed = !chosen && guess_of(found.solved, guess);
     }
-    if (status == Status::no_memory) return status;
-    if (status != Status::done && !end_.over()) status = improved(curve);
-    CurveMemory whole, divided;
-    for (std::int64_t fewer = 1; fewer < pieces && !end_.ended; ++fewer) {
-        if (!most_of(fewer, pieces) || of_pieces(fewer, whole) != Status::done || !cut(whole, pieces, divided)) continue;
-        if (status == Status::done && !(divided.total() < curve.total())) continue;
-        curve.swap(divided);
-        status = Status::done;
+    per_leg_ = chosen ? P::divided[0] : pieces;
+    Attempt more;
+    solve(guessed ? &guess : nullptr, more);
+    if (more.solved.legs == 0) in_longer_durations(more);
+    if (chosen) more.left.legs = 0;
+    if (CurveMemory divided; !chosen && found.solved.legs > 0) {
+        if (!cut(found.solved, pieces, divided)) divided.legs = 0;
+        found.solved.swap(divided);
     }
-    return status;
+    found.then(more);
+}
+
+// The least cost in durations barely longer than those of a search that found no end.
+void ShortestPlan::in_longer_durations(Attempt &found) {
+    CurveMemory left;
+    left.swap(found.left);
+    Guess guess;
+    for (const double longer : P::longer) {
+        if (left.legs == 0 || end_.over() || !guess_of(left, guess)) break;
+        for (std::int64_t i = 0; i < left.all(); ++i) guess_durations_[std::size_t(i)] = longer * left.durations[std::size_t(i)];
+        minsnap_curve told = minsnap_curve_new();
+        left.tell(told);
+        Question question = question_;
+        question.guess = &guess, question.timed = true;
+        question.price = significant((2 * course_.half - 1) * told.cost / told.duration, 6);
+        Attempt held;
+        certified(question, held);
+        if (found.shorter(held.solved)) break;
+    }
+    found.left.swap(left);
 }
 
 // Divide the polynomials of a curve by de Casteljau's algorithm in double-double arithmetic, so that each control point is rounded once. More samples
 // may find it barely too fast.
 bool ShortestPlan::cut(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve) {
+    if (!divide(whole, pieces, curve) || !inside(curve)) return false;
+    for (const double slower : {1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4})
+        if (keeps(curve, slower)) return curve.slow(slower), true;
+    return false;
+}
+
+bool ShortestPlan::divide(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve) const {
     const std::int64_t parts = pieces / whole.pieces, size = 2 * course_.half;
     if (parts * whole.pieces != pieces || !curve.allocate(course_, pieces)) return false;
     const int dim = course_.dim;
@@ -259,10 +457,7 @@ bool ShortestPlan::cut(const CurveMemory &whole, std::int64_t pieces, CurveMemor
         }
     for (std::int64_t i = 0; i < curve.all(); ++i)
         curve.durations[std::size_t(i)] = whole.durations[std::size_t(i / parts)] / double(parts);
-    if (!inside(curve)) return false;
-    for (const double slower : {1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4})
-        if (keeps(curve, slower)) return curve.slow(slower), true;
-    return false;
+    return true;
 }
 
 // Whether the state at the start uses nearly all of a limit.
@@ -282,43 +477,62 @@ bool ShortestPlan::on_limit() const {
     return !course_.still && (std::max(used, thrust / bounds.most_thrust) > P::on_limit || P::on_limit * thrust < bounds.least_thrust);
 }
 
-// From rest at every waypoint, or from a better curve where there is one.
-Status ShortestPlan::solve(CurveMemory &curve) {
-    Guess guess;
+// A question that begins from rest at every waypoint, or from a curve, whose pieces are not divided where they are several already.
+ShortestPlan::Question ShortestPlan::question_from(const Guess *guess) const {
     Question question = question_;
-    if (course_.bounds.vehicle != nullptr && per_leg_ == 0) return divided(curve);
-    if (softer(guess) || (!course_.still && !end_.ended && coasting(guess))) {
-        question.guess = &guess;
-        const Status status = certified(question, curve);
-        if (status == Status::done || status == Status::no_memory || end_.ended) return status;
+    question.guess = guess;
+    if ((guess != nullptr && guess->pieces > 1) || per_leg_ == 1) return question;
+    const std::int64_t *const parts = per_leg_ > 0 ? &per_leg_ : course_.legs > 1 ? P::divided : P::alone;
+    question.divisions = per_leg_ > 0 ? 1 : 2;
+    std::copy(parts, parts + question.divisions, question.parts);
+    return question;
+}
+
+// From a curve, or from rest at every waypoint, and before that from a better curve where there is one.
+void ShortestPlan::solve(const Guess *given, Attempt &found) {
+    if (given == nullptr && fewer_first()) return divided(found);
+    Guess guess;
+    if (given == nullptr && (softer(guess) || (!course_.still && !end_.ended && coasting(guess)))) {
+        certified(question_from(&guess), found);
+        if (end_.ended || found.solved.legs > 0 || found.unlimited) return;
     }
-    return end_.over() ? Status::spent : certified(question_, curve);
+    if (end_.over()) return;
+    Attempt later;
+    certified(question_from(given), later);
+    found.then(later);
 }
 
 // Control points for the durations that a search left, or barely longer ones, with the limits as walls: a curve that slides along a wall has no room
 // to be moved inwards.
-bool ShortestPlan::planned(CurveMemory &curve) {
-    if (searched_.legs == 0) return false;
+bool ShortestPlan::planned(const CurveMemory &left, CurveMemory &curve) {
+    if (left.legs == 0) return false;
     limits_.clear(course_.dim);
-    if (!make_limits(true, limits_)) return false;
+    if (!make_limits(true, limits_)) return no_memory_ = true, false;
     for (const double reserve : P::reserves) {
-        if (end_.over() || !curve.copy(searched_)) return false;
+        if (end_.over() || !curve.copy(left)) return false;
         curve.slow(1.0 + reserve);
         if (given_.within(limits_, curve) == Status::done && keeps(curve) && inside(curve)) return true;
     }
     return false;
 }
 
-// Such a plan, or the one that a search finds from it.
-Status ShortestPlan::improved(CurveMemory &curve) {
+// Such a plan, or the one that a search finds from it, flown until it touches a limit.
+void ShortestPlan::in_durations_found(const CurveMemory &left, Attempt &found) {
+    CurveMemory curve;
     Guess guess;
-    CurveMemory again;
-    if (!planned(curve)) return Status::no_progress;
-    if (!guess_of(curve, guess)) return Status::done;
-    Question question = question_;
-    question.guess = &guess, question.divided = false;
-    if (!end_.over() && certified(question, again) == Status::done && again.total() < curve.total()) curve.swap(again);
-    return Status::done;
+    if (!planned(left, curve)) return;
+    if (guess_of(curve, guess) && !end_.over()) certified(question_from(&guess), found);
+    if (found.solved.legs == 0 || !(found.solved.total() < curve.total())) found.solved.swap(curve);
+    hurried(found);
+}
+
+void ShortestPlan::hurried(Attempt &found) {
+    CurveMemory faster;
+    if (!course_.still || !faster.copy(found.solved)) return;
+    const double factor = touching(faster);
+    if (!(factor < 1.0)) return;
+    faster.slow(grained(factor));
+    if (keeps(faster)) found.shorter(faster);
 }
 
 // A curve as a guess, in memory that the next guess takes.
@@ -329,39 +543,42 @@ bool ShortestPlan::guess_of(const CurveMemory &curve, Guess &guess) {
         !guess_knots_.allocate(std::size_t((all + 1) * state)))
         return false;
     write_breaks(curve.durations.data(), all, breaks.data());
-    std::copy(curve.durations.data(), curve.durations.data() + all, guess_durations_.data());
     const PiecewiseCurve whole = {curve.points.data(), curve.durations.data(), breaks.data(), all, 2 * course_.half - 1, course_.dim};
     for (std::int64_t i = 0; i <= all; ++i)
         for (int order = 0; order < course_.half; ++order)
             if (evaluate_curve(whole, order, breaks.data() + i, 1, guess_knots_.data() + i * state + order * course_.dim) != Status::done)
                 return false;
+    for (std::int64_t i = 0; i < all; ++i) guess_durations_[std::size_t(i)] = breaks[std::size_t(i + 1)] - breaks[std::size_t(i)];
     guess = {curve.pieces, guess_durations_.data(), guess_knots_.data(), 1.0};
     return true;
 }
 
 // Within rotors fewer pieces first, then more from that curve: more of them take long. The shorter flight of the two.
-Status ShortestPlan::divided(CurveMemory &curve) {
+void ShortestPlan::divided(Attempt &found) {
     const bool eases = course_.still;
     per_leg_ = eases ? P::divided[0] : 1;
-    Guess guess;
-    CurveMemory finer;
-    const Status status = solve(curve);
+    solve(nullptr, found);
     per_leg_ = 0;
-    if (status != Status::done || end_.over() || !guess_of(curve, guess)) return status;
-    Question question = question_;
-    guess.slower = eases ? P::slower_divided : P::slower_whole;
-    question.guess = &guess, question.first = eases ? 1 : 0;
-    if (certified(question, finer) == Status::done && finer.total() < curve.total()) curve.swap(finer);
-    return Status::done;
+    if (!goes_on(found)) return;
+    Guess guess;
+    Question question = question_from(nullptr);
+    if (found.solved.legs > 0 && guess_of(found.solved, guess)) {
+        guess.slower = eases ? P::slower_divided : P::slower_whole;
+        question.guess = &guess;
+        if (eases) question.parts[0] = question.parts[1], question.parts[1] = 1;  // divided, then cut anew
+    }
+    Attempt finer;
+    certified(question, finer);
+    found.then(finer);
 }
 
 // Search with a higher body rate first: from rest the way around free fall is hard to find. Where a thrust is kept at fixed waypoints, it is not.
 bool ShortestPlan::softer(Guess &guess) {
     const Bounds &bounds = course_.bounds;
     if (!(bounds.body_rate < infinite) || (bounds.vehicle != nullptr && course_.still)) return false;
-    if (bounds.least_thrust > 0.0 && bounds.vehicle == nullptr && !course_.balls()) return false;
+    if (bounds.least_thrust > 0.0 && bounds.vehicle == nullptr && course_.regions.count() == 0) return false;
     Question question = question_;
-    question.body_rate *= P::softer, question.divided = false, question.rough = true;
+    question.body_rate *= P::softer, question.rough = true;
     if (search(question, scaled_) != Status::done || stopped_) return false;
     const std::int64_t all = scaled_.all(), state = std::int64_t(course_.half) * course_.dim;
     if (!guess_durations_.allocate(std::size_t(all)) || !guess_knots_.allocate(std::size_t((all + 1) * state))) return false;
@@ -397,15 +614,25 @@ bool ShortestPlan::coasting(Guess &guess) {
     if (!states.allocate(std::size_t((course_.legs + 1) * state)) ||
         minsnap_unconstrained_pinned(&chain, scaled_.points.data(), states.data()) != 0)
         return false;
-    return guess_of(scaled_, guess);
+    if (!guess_of(scaled_, guess)) return false;
+    std::copy(scaled_.durations.data(), scaled_.durations.data() + course_.legs, guess_durations_.data());
+    return true;
+}
+
+// The curve of least cost without walls in barely more than the least time there is.
+bool ShortestPlan::near_least(std::int64_t pieces, Guess &guess) {
+    double least = 0.0;
+    if (least_time(course_, unsaid_, least) != Status::done || !(least > 0.0) || !scaled_.allocate(course_, 1)) return false;
+    const double sum = summed(course_.lengths.data(), course_.legs);
+    for (std::int64_t i = 0; i < course_.legs; ++i)
+        scaled_.durations[std::size_t(i)] = P::near_least * least * course_.lengths[std::size_t(i)] / sum;
+    CurveMemory finer;
+    return given_.free(scaled_.durations.data(), scaled_) == Status::done && divide(scaled_, pieces, finer) && guess_of(finer, guess);
 }
 
 Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     const std::int64_t legs = course_.legs, state = std::int64_t(course_.half) * course_.dim;
-    const std::int64_t *const parts = per_leg_ > 0 ? &per_leg_ : (legs > 1 ? P::divided : P::alone) + question.first;
-    const std::int64_t divisions = !question.divided || per_leg_ == 1 ? 0 : per_leg_ > 0 ? 1 : 2 - question.first;
-    std::int64_t pieces = question.guess == nullptr ? 1 : question.guess->pieces;
-    for (std::int64_t k = 0; k < divisions; ++k) pieces *= parts[k];
+    const std::int64_t pieces = (question.guess == nullptr ? 1 : question.guess->pieces) * question.parts[0] * question.parts[1];
     if (!curve.allocate(course_, pieces) || !knots_.allocate(std::size_t((legs * pieces + 1) * state))) return Status::no_memory;
     const double norms[4] = {course_.bounds.reached(1, question.body_rate), course_.bounds.reached(2, question.body_rate),
                              course_.bounds.reached(3, question.body_rate), course_.bounds.reached(4, question.body_rate)};
@@ -452,9 +679,11 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     Told told = {&end_, &answer_};
     ShortestRequest asked = {};
     asked.half = course_.half, asked.dim = course_.dim, asked.legs = legs, asked.closed = course_.closed;
-    asked.groups = sets_.count(), asked.limits = limits, asked.divisions = divisions, asked.moving = moving_;
-    asked.rough = question.rough, asked.parts = parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
-    asked.inwards = question.inwards, asked.tightened = question.tightened, asked.pinned = course_.pinned.data(), asked.free = free_.data();
+    asked.groups = sets_.count(), asked.limits = limits, asked.divisions = question.divisions;
+    asked.moving = moving_ || question.timed, asked.timed = question.timed, asked.price = question.price;
+    asked.rough = question.rough, asked.parts = question.parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
+    asked.inwards = question.inwards, asked.tightened = question.tightened, asked.pinned = pinned_.data();
+    asked.free = free_.data(), asked.turned = slanted_ ? turned_.data() : nullptr;
     asked.lengths = lengths_.data(), asked.norms = norms, asked.slower = 1.0, asked.cones = sets_.data(), asked.momentary = momentary;
     if (question.guess != nullptr) {
         asked.guessed = question.guess->pieces, asked.slower = question.guess->slower;
@@ -470,32 +699,31 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     if (status == Status::spent && answer_.work > asked.worth) end_.ended = true;
     if (status != Status::done && status != Status::spent && status != Status::no_progress) return status;
     curve.pieces = answer_.pieces;
-    if (!question.rough && per_leg_ == asked_ && !searched_.copy(curve)) return Status::no_memory;
-    if (curve.total() < P::vanishing * longest_) return found_none_ = true, Status::no_progress;
-    return kept_ ? Status::done : Status::no_progress;
+    return status;
 }
 
-Status ShortestPlan::certified(Question question, CurveMemory &curve) {
-    CurveMemory last;
-    bool found = false;
+// A certified plan; none where the search has no curve, or none that can be certified nearby.
+void ShortestPlan::certified(Question question, Attempt &found) {
+    bool seen = false;
     for (int attempt = 0; attempt < P::tries; ++attempt) {
+        CurveMemory curve;
         const Status status = search(question, curve);
-        if (status == Status::no_memory) return status;
-        if (status != Status::done) break;
-        if (!inside(curve)) {
+        if (status == Status::no_memory) no_memory_ = true;
+        if (status != Status::done && status != Status::spent && status != Status::no_progress) return;
+        if (curve.total() < P::vanishing * longest_) return void(found.unlimited = true);
+        const bool within_walls = kept_ && inside(curve);
+        if ((!seen || within_walls) && !found.left.copy(curve)) return void(no_memory_ = true);
+        if (!kept_) return;
+        if (!within_walls) {
             question.inwards = P::farther * std::max(question.inwards, P::inwards);
             continue;
         }
-        if (!last.copy(curve)) return Status::no_memory;
-        found = true;
+        seen = true;
         double excess = 0.0;
-        if (within(question, curve, excess)) return Status::done;
-        if (stopped_ || excess > P::seen) return Status::no_progress;
+        if (within(question, curve, excess, found.unlimited)) return found.solved.swap(curve);
+        if (found.unlimited || stopped_ || excess > P::seen) return;
         question.tightened += P::enough * excess;
     }
-    if (!found) return Status::no_progress;
-    curve.swap(last);
-    return slowed(curve) ? Status::done : Status::no_progress;
 }
 
 bool ShortestPlan::inside(const CurveMemory &curve) const {
@@ -505,23 +733,34 @@ bool ShortestPlan::inside(const CurveMemory &curve) const {
 }
 
 // Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
-bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &excess) {
-    if (moving_) {
-        const double used = largest_use(view(curve), course_.bounds);
-        const double beyond = rotor_excess(curve);
-        if (used <= 1.0 + P::kept && beyond == 0.0) return hasten(curve), true;
+bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &excess, bool &unlimited) {
+    const Bounds &bounds = course_.bounds;
+    const bool held = moving_ || question.timed;
+    if (held) {
+        const double used = largest_use(view(curve), bounds), beyond = rotor_excess(curve);
+        if (used <= 1.0 + P::kept && beyond == 0.0) {
+            if (!question.timed) hasten(curve);
+            return true;
+        }
         excess = std::max(used - 1.0, beyond);
         if (!course_.still || !stopped_) return false;
     }
-    double factor = touching(curve);
+    double factor = held && bounds.lifts() && bounds.vehicle == nullptr ? nearby(curve) : touching(curve);
+    if (held && !(factor < infinite)) {
+        for (const double slower : P::slowings)
+            if (keeps(curve, slower)) return curve.slow(slower), true;
+        return false;
+    }
     if (!(factor < infinite)) return excess = infinite, false;
     factor = grained(factor);
     excess = factor - 1.0;
-    const bool limited = course_.bounds.norm[0] < infinite || course_.bounds.norm[1] < infinite || course_.bounds.norm[2] < infinite ||
-                         course_.bounds.norm[3] < infinite;
-    if (factor < P::idle && !stopped_ && !limited) return found_none_ = true, false;
+    const bool limited = bounds.norm[0] < infinite || bounds.norm[1] < infinite || bounds.norm[2] < infinite || bounds.norm[3] < infinite;
+    const double least = -answer_.limit > P::far + question.tightened ? P::nearly : P::idle;
+    if (question.timed)
+        factor = std::max(factor, 1.0);
+    else if (factor < least && !stopped_ && !limited)
+        return unlimited = true, false;
     if (factor > 1.0 + P::not_longer && !stopped_) return false;
-    (void)question;
     curve.slow(factor);
     return keeps(curve);
 }
@@ -568,15 +807,17 @@ double ShortestPlan::touching(const CurveMemory &curve) {
     }
     const double near = bounds.vehicle == nullptr ? nearby(curve) : infinite;
     if (near < infinite) return near;
-    double low = 1.0, high = 1.0, step = P::first_step;
-    int doubled = 0;
-    for (; !keeps(curve, high == 1.0 ? 1.0 : grained(high)); low = high, high *= 1.0 + step, step *= 2.0)
-        if (++doubled > P::doublings || !(high < 1e12)) return infinite;
-    for (int k = 0; k < (bounds.vehicle == nullptr ? P::halvings : P::rotor_halvings) && high - low > 1e-12 * high; ++k) {
-        const double middle = grained(0.5 * (low + high));
-        (keeps(curve, middle) ? high : low) = middle;
+    auto kept = [&](double logarithm) { return keeps(curve, logarithm == 0.0 ? 1.0 : grained(std::exp(logarithm))); };
+    double low = 0.0, high = 0.0, step = P::first_step;
+    for (; !kept(high); low = high, high += step, step *= 2.0)
+        if (high > P::longest) return infinite;
+    for (; low == high || kept(low); high = low, low -= step, step *= 2.0)
+        if (low < -P::longest) return 0.0;
+    for (int k = 0; k < (bounds.vehicle == nullptr ? P::halvings : P::rotor_halvings) && high - low > P::precision; ++k) {
+        const double middle = 0.5 * (low + high);
+        (kept(middle) ? high : low) = middle;
     }
-    return high;
+    return std::exp(high);
 }
 
 // Slope of the logarithm of the largest use in that of the factor on time, and the use; exact for derivatives, and for thrusts where they are largest.
@@ -587,7 +828,21 @@ double ShortestPlan::slope(const CurveMemory &curve, double &used) const {
     if (measure(view(curve), bounds.gravity, true, reached) != Status::done) return -2.0;
     for (int k = 0; k < 4; ++k)
         if (reached.norm[k] / bounds.norm[k] == used) return -(k + 1.0);
-    return -2.0;
+    const bool most = reached.thrust / bounds.most_thrust == used;
+    if (!most && !(bounds.least_thrust > 0.0 && bounds.least_thrust / reached.least_thrust == used)) return -2.0;
+    const int which = most ? 0 : 1;
+    const std::int64_t piece = reached.piece[which];
+    const PiecewiseCurve whole = {curve.points.data(), curve.durations.data(), curve.breaks.data(), curve.all(), 2 * course_.half - 1, 3};
+    const double instant = curve.breaks[std::size_t(piece)] + reached.place[which] * curve.durations[std::size_t(piece)];
+    double force[3], across = 0.0, square = 0.0;
+    if (evaluate_curve(whole, 2, &instant, 1, force) != Status::done) return -2.0;
+    for (int d = 0; d < 3; ++d) {
+        const double acceleration = force[d];
+        if (d == 2) force[d] += bounds.gravity;
+        across += acceleration * force[d], square += force[d] * force[d];
+    }
+    const double own = -2.0 * across / (square > 0.0 ? square : 1.0);
+    return most ? own : -own;
 }
 
 // The same where it is near one, by a few steps of the secant method; infinite where they do not find it.
@@ -596,6 +851,7 @@ double ShortestPlan::nearby(const CurveMemory &curve) {
     for (int k = 0; k < P::secants; ++k) {
         if (!scaled_.copy(curve)) return infinite;
         scaled_.slow(place);
+        write_breaks(scaled_.durations.data(), scaled_.all(), scaled_.breaks.data());
         double used;
         const double guessed = slope(scaled_, used), excess = std::log(std::min(std::max(used, 1e-3), 1e3));
         if (excess <= P::kept) {

@@ -53,30 +53,53 @@ private:
     // What changes from one search to the next.
     struct Question {
         const Guess *guess = nullptr;
-        bool divided = true, rough = false;
-        double inwards, tightened, body_rate;
-        int first = 0;  // of the divisions
+        std::int64_t parts[2] = {1, 1}, divisions = 0;  // into how many parts pieces are divided, time after time
+        bool rough = false, timed = false;  // whether only another search begins from it; whether durations are those of the guess
+        double price = 0.0;                 // of a second [1/s]
+        double inwards = 0.0, tightened = 0.0, body_rate = infinite;
+    };
+
+    // What was found: the shortest plan, certified, and what the last search left, which need not be inside; without legs where there is none.
+    struct Attempt {
+        CurveMemory solved, left;
+        bool unlimited = false;  // whether nothing limits the time
+
+        bool hopeless() const { return solved.legs == 0 && unlimited; }
+        bool shorter(CurveMemory &other);
+        void then(Attempt &later);
     };
 
     void make_question();
+    void turn_planes();
     bool make_sets();
+    bool add_regions();
     bool make_limits(bool all, WallSets &sets);
     bool stop_and_go(Buffer<double> &durations) const;
-    Status of_pieces(std::int64_t pieces, CurveMemory &curve);
-    bool cut(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve);
-    Status solve(CurveMemory &curve);
-    bool on_limit() const;
-    Status certified(Question question, CurveMemory &curve);
+    void of_pieces(std::int64_t pieces, Attempt &found);
+    void of_starts(std::int64_t pieces, Attempt &found);
+    void of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found);
+    void solve(const Guess *guess, Attempt &found);
+    void divided(Attempt &found);
+    void from_fewer_pieces(std::int64_t pieces, Attempt &found);
+    void in_longer_durations(Attempt &found);
+    void in_durations_found(const CurveMemory &left, Attempt &found);
+    bool planned(const CurveMemory &left, CurveMemory &curve);
+    void hurried(Attempt &found);
+    Question question_from(const Guess *guess) const;
+    void certified(Question question, Attempt &found);
     Status search(const Question &question, CurveMemory &curve);
-    Status divided(CurveMemory &curve);
+    bool goes_on(const Attempt &found) { return !end_.over() && !found.hopeless(); }
+    bool fewer_first() const { return course_.bounds.vehicle != nullptr && per_leg_ == 0; }
+    bool cut(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve);
+    bool divide(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve) const;
+    bool on_limit() const;
     void hasten(CurveMemory &curve);
     double rotor_excess(const CurveMemory &curve) const;
     bool softer(Guess &guess);
-    bool planned(CurveMemory &curve);
-    Status improved(CurveMemory &curve);
     bool guess_of(const CurveMemory &curve, Guess &guess);
     bool coasting(Guess &guess);
-    bool within(const Question &question, CurveMemory &curve, double &excess);
+    bool near_least(std::int64_t pieces, Guess &guess);
+    bool within(const Question &question, CurveMemory &curve, double &excess, bool &unlimited);
     double touching(const CurveMemory &curve);
     double nearby(const CurveMemory &curve);
     double slope(const CurveMemory &curve, double &used) const;
@@ -91,14 +114,17 @@ private:
     GivenTimes given_;
     WallSets sets_, limits_;
     Question question_;
-    bool moving_ = false, found_none_ = false;
-    std::int64_t asked_ = 0, per_leg_ = 0;  // pieces of a leg that are asked for, and in this attempt; 0 for those that the search chooses
+    bool moving_ = false, no_memory_ = false;
+    std::int64_t per_leg_ = 0;  // pieces of a leg in this attempt; 0 for those that the search chooses
     ShortestAnswer answer_ = {};
     bool stopped_ = false, kept_ = false;
     double work_ = 0.0, longest_ = 0.0;
-    CurveMemory scaled_, searched_;  // the last is what a search left without an end
+    CurveMemory scaled_;
     Buffer<std::int64_t> free_;
     Buffer<double> lengths_, totals_, knots_, guess_durations_, guess_knots_;
+    Buffer<double> pinned_,
+        turned_;            // of the course, with positions along the axes of slanted planes; these (legs + 1, dim, dim), or zeros
+    bool slanted_ = false;  // whether there are any
 };
 
 }  // namespace minsnap

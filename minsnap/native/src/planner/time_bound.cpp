@@ -77,7 +77,7 @@ private:
             accelerations_[own_++] = {3, -g, 0.0, std::tan(bounds.tilt) * B::beside, height * B::beside};
     }
 
-    double radius(std::int64_t waypoint) const { return course_.ball(waypoint) ? course_.radii[waypoint] : 0.0; }
+    double radius(std::int64_t waypoint) const { return course_.reach(waypoint); }
 
     bool leaves(std::int64_t one, std::int64_t other) const {
         double square = 0.0;
