@@ -197,6 +197,10 @@ def _certified(
 def _summary(page: SafetyReport, place: Path) -> str:
     held = page.held
     lines = [("written", str(place)), ("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
+    over = [(stage.longer, stage.name) for stage in page.stages if stage.longer is not None]
+    if over:
+        most, which = max(over)
+        lines.append(("flights", f"at most {most:.1%} longer than any of their slowest vehicle ({which})"))
     near = held.closest
     if near is not None:
         names = held.fleet.names_of(near.pair)

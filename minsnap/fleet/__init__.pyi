@@ -20,6 +20,7 @@ from .fleet_certificate import certify_fleet as certify_fleet
 from .fleet_certificate import extent_of as extent_of
 from .fleet_certificate import fleet_use as fleet_use
 from .fleet_planner import plan_fleet as plan_fleet
+from .fleet_task import least_times as least_times
 from .fleet_task import table_of as table_of
 from .fleet_task import trapezoid as trapezoid
 from .fleet_tube import FleetTube as FleetTube

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -140,7 +141,8 @@ class FleetReport:
     duration : float
         Common flight time [s].
     bound : float
-        No fleet with these limits is faster: the trapezoid of speed and acceleration of the slowest vehicle [s].
+        No fleet with these limits is faster: a time that every flight of the slowest vehicle takes, within speed,
+        acceleration and jerk along one leg, or through all of its waypoints [s].
     slowest : int
         Which vehicle that is.
     alone : float
@@ -167,6 +169,17 @@ class FleetReport:
     iterations: int
     seconds: float
     stopped: str = ""
+
+    @property
+    def longer(self) -> float:
+        """By which share the fleet flies longer than any flight of its slowest vehicle, at most."""
+        return max(self.duration / self.bound - 1.0, 0.0) if self.bound > 0.0 else inf
+
+    def __str__(self) -> str:
+        """Say how long it flies, and how near that is to the least time."""
+        near = f": at most {self.longer:.1%} longer than any flight of vehicle {self.slowest}" if self.bound else ""
+        stopped = f" (ended by {self.stopped})" if self.stopped else ""
+        return f"{self.duration:.3f} s, {self.method}{stopped}{near}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -6,6 +6,7 @@ duration h of a piece, so that they are lengths and do not change when all of ti
 
 from __future__ import annotations
 
+from contextlib import nullcontext, suppress
 from itertools import pairwise
 from typing import Any
 
@@ -13,10 +14,11 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import DERIVATIVES
-from minsnap.errors import InfeasibleError, SolverError
+from minsnap.basics.tolerances import EXACT
+from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.fleet.assignment import line_distance
 from minsnap.fleet.common_clock import at_rest_after
-from minsnap.fleet.fleet_task import FleetTask, knot_shares
+from minsnap.fleet.fleet_task import FleetTask
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
 from minsnap.trajectory.path import Path
@@ -42,9 +44,8 @@ def powers(h: float) -> FloatArray:
     return np.array([1.0, h, h * h, h * h * h])
 
 
-def profile(pieces: int) -> FloatArray:
+def profile(s: FloatArray) -> FloatArray:
     """Progress from 0 to 1 and its derivatives at knots, shape (pieces + 1, 4): speed rises and falls in ramps."""
-    s = knot_shares(pieces)
     x = np.minimum(np.minimum(s, 1.0 - s) / RAMP, 1.0)
     rises, inside = np.where(s <= 0.5, 1.0, -1.0), x < 1.0
     cube = x * x * x
@@ -54,22 +55,21 @@ def profile(pieces: int) -> FloatArray:
     bend = np.where(inside, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / (RAMP * RAMP), 0.0)
     scaled = np.stack([way, speed, rises * slope, bend], axis=1) / (1.0 - RAMP)
     scaled[s > 0.5, 0] = 1.0 - scaled[s > 0.5, 0]
-    return np.asarray(scaled * powers(1.0 / pieces))
+    return np.asarray(scaled * powers(1.0 / (len(s) - 1)))
 
 
-def bump(pieces: int) -> FloatArray:
+def bump(s: FloatArray) -> FloatArray:
     """Return 16 s^2 (1 - s)^2 and its derivatives at knots, shape (pieces + 1, 4), at rest at both ends."""
-    s = knot_shares(pieces)
     rest = 1.0 - s
     rows = [s * s * rest * rest, 2.0 * s * rest * (rest - s), 2.0 - 12.0 * s * rest, -12.0 + 24.0 * s]
-    values = 16.0 * np.stack(rows, axis=1) * powers(1.0 / pieces)
+    values = 16.0 * np.stack(rows, axis=1) * powers(1.0 / (len(s) - 1))
     values[[0, -1], 1:] = 0.0
     return np.asarray(values)
 
 
-def straight(starts: FloatArray, goals: FloatArray, pieces: int) -> FloatArray:
+def straight(starts: FloatArray, goals: FloatArray, shares: FloatArray) -> FloatArray:
     """Straight lines with one common profile."""
-    curves = profile(pieces)[None, :, :, None] * (goals - starts)[:, None, None, :]
+    curves = profile(shares)[None, :, :, None] * (goals - starts)[:, None, None, :]
     curves[:, :, 0] += starts[:, None]
     curves[:, -1, 0] = goals
     return np.asarray(curves)
@@ -80,9 +80,12 @@ def guess(task: FleetTask, pieces: int, seed: int, kind: int) -> FloatArray:
     curves = np.concatenate([_through(task, vehicle, pieces) for vehicle in range(len(task))])
     flat = bool(np.ptp(np.concatenate((task.starts, task.goals))[:, 2]) <= 0.2 * np.ptp(task.starts[:, :2]))
     offsets = _offsets(task, flat if kind % 2 == 0 else not flat, 1 + kind // 2, seed)
-    pinned = [len(points) > 2 or bool(task.holds_of(i).any()) for i, points in enumerate(task.waypoints)]
+    pinned = [
+        len(points) > 2 or bool(task.holds_of(i).any()) or task.instants_of(i) is not None
+        for i, points in enumerate(task.waypoints)
+    ]
     offsets[pinned] = 0.0  # these are where they are on their way
-    return np.asarray(curves + bump(pieces)[None, :, :, None] * offsets[:, None, None, :])
+    return np.asarray(curves + bump(task.shares_of(pieces))[None, :, :, None] * offsets[:, None, None, :])
 
 
 def _offsets(task: FleetTask, bends: bool, times: int, seed: int) -> FloatArray:
@@ -101,9 +104,9 @@ def _offsets(task: FleetTask, bends: bool, times: int, seed: int) -> FloatArray:
 def _through(task: FleetTask, vehicle: int, pieces: int) -> FloatArray:
     """Return curves of one vehicle, (1, pieces + 1, 4, 3), through its waypoints at knots of their own."""
     points, knots = task.waypoints[vehicle], task.knots_of(vehicle, pieces)
-    if len(points) == 2 and not task.holds_of(vehicle).any():
-        return straight(points[:1], points[1:], pieces)
-    instants, data = knot_shares(pieces) * pieces, np.zeros((pieces + 1, 4, 3))
+    if len(points) == 2 and not task.holds_of(vehicle).any() and task.instants_of(vehicle) is None:
+        return straight(points[:1], points[1:], task.shares_of(pieces))
+    instants, data = task.shares_of(pieces) * pieces, np.zeros((pieces + 1, 4, 3))
     ends = np.unique([0, *np.flatnonzero(knots[:, 1] > knots[:, 0]), len(points) - 1])
     for one, two in pairwise(ends.tolist()):  # from rest to rest
         first, last, here = knots[one, 1], knots[two, 0], knots[one : two + 1].copy()
@@ -117,10 +120,10 @@ def _through(task: FleetTask, vehicle: int, pieces: int) -> FloatArray:
     return data[None]
 
 
-def frozen(fixed: Path, time: float, pieces: int) -> FloatArray:
+def frozen(fixed: Path, time: float, shares: FloatArray) -> FloatArray:
     """Return the curve of a vehicle that flies as it does, on the knots of the others: (pieces + 1, 4, 3)."""
-    curve, instants = fixed.as_trajectory(), knot_shares(pieces) * time
-    scales = enumerate(powers(time / pieces))
+    curve, instants = fixed.as_trajectory(), shares * time
+    scales = enumerate(powers(time / (len(shares) - 1)))
     return np.stack([at_rest_after(curve, instants, order) * scale for order, scale in scales], axis=1)
 
 
@@ -133,7 +136,10 @@ def one_curve(task: FleetTask, polish: float, pieces: int | str) -> tuple[list[T
     if any(task.holds_of(vehicle).any() for vehicle in range(len(task))):
         return None
     if len(task) + len(task.fixed) == 1:
-        return [_single(task, polish, pieces)], "single"
+        with suppress(InfeasibleError, TimingError) if task.instants else nullcontext():
+            return [_single(task, polish, pieces)], "single"
+    if task.instants:
+        return None
     lines = _straight(task, polish, pieces if isinstance(pieces, int) else PIECES)
     return None if lines is None else (lines, "straight")
 
@@ -145,6 +151,9 @@ def _single(task: FleetTask, polish: float, pieces: int | str) -> Trajectory:
     arguments: dict[str, Any] = {"corridor": walls or None, "start": start, "avoid": task.avoid or None}
     arguments["limits"] = None if task.limits is None else task.limits[0]
     arguments["pieces"] = 1 if task.avoid else pieces  # legs are cut where they go around
+    instants = task.instants_of(0)
+    if instants is not None and instants[-1, 0] >= (task.total_time or 0.0) * (1.0 - EXACT):
+        return plan(task.waypoints[0], durations=np.diff(instants[:, 0]), **arguments)
     return _polished(task.waypoints[0], task.total_time, polish, arguments)
 
 

@@ -25,6 +25,7 @@ from minsnap.fleet.common_clock import Fleet, FleetReport, Separation, checked_n
 from minsnap.fleet.first_guess import one_curve
 from minsnap.fleet.fleet_certificate import fleet_fault
 from minsnap.fleet.fleet_task import FleetTask, apart_at_knots, check_task, meeting_at, refuse_meetings, way_of
+from minsnap.fleet.leg_times import timed_legs, with_knots
 from minsnap.fleet.time_search import LAST, TIMES, WARM, Certified, TimeSearch, flown, unproved_fleet
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.path import Path
@@ -60,6 +61,7 @@ def plan_fleet(
     fixed: Sequence[Path] | Fleet | None = None,
     corridors: Sequence[Boxes | None] | None = None,
     holds: Sequence[ArrayLike | None] | None = None,
+    durations: Sequence[ArrayLike | None] | None = None,
     yaw: Yaw | Sequence[Yaw] = None,
     names: Sequence[str] | None = None,
     polish: float = 0.0,
@@ -100,6 +102,9 @@ def plan_fleet(
     holds : sequence of array_like, shape (n_i,), or None, optional
         For each vehicle, the least time at rest at each of its waypoints [s]. ``(2, 0)`` starts two seconds late,
         ``(0, 1)`` arrives a second before the end.
+    durations : sequence of array_like, shape (n_i - 1,), or None, optional
+        For each vehicle, how long each of its legs lasts [s], between its holds, before it stays at its goal; None for
+        one that passes its waypoints about when it alone would. The total time is that of the longest unless given.
     yaw : float, "velocity", callable or sequence of these, optional
         Of all vehicles, or of each.
     names : sequence of str, optional
@@ -128,7 +133,7 @@ def plan_fleet(
     FleetError
         If the question is malformed or contradicts itself.
     TimingError
-        If neither a time nor limits are set, or the total time is shorter than the way of a vehicle allows.
+        If neither a time nor limits are set, or the total time or a leg is shorter than its way allows.
     UnprovedError
         If the search ends without a fleet. There may be one.
     """
@@ -136,9 +141,13 @@ def plan_fleet(
     check_seed(seed)
     check_number("polish", polish, 0.0, 10.0, "give a share of the time from 0 to 10, such as 0.05", FleetError)
     due = _due(check_search(search), time_limit)
-    _check_time(task, total_time)
-    task = task if total_time is None else replace(task, total_time=float(total_time))
+    if total_time is not None:
+        total_time = check_time("total_time", total_time, TimingError)
+    task = replace(task, total_time=total_time) if durations is None else timed_legs(task, durations, total_time)
+    _check_time(task)
     count = _pieces_of(task, pieces)
+    task = with_knots(task, count)
+    count = count if task.shares is None else len(task.shares) - 1
     task = apart_at_knots(task, count) if pieces == "auto" else task
     refuse_meetings(task, count)
     workers = check_threads(threads, FleetError)
@@ -169,7 +178,7 @@ def _finished(
     stopped: str = "",
 ) -> Fleet:
     """Return the curves with headings, and those that were fixed, or raise UnprovedError."""
-    bounds, duration, slowest = search.task.bounds, curves[0].duration, int(np.argmax(search.task.bounds))
+    bounds, duration, slowest = search.task.least, curves[0].duration, int(np.argmax(search.task.least))
     report = FleetReport(
         *(method, duration, float(bounds[slowest]), slowest, search.alone or duration, len(curves[0].durations)),
         *(search.tried, search.iterations, search.seconds, stopped),
@@ -200,7 +209,7 @@ def _searched(search: TimeSearch, finished: Callable[..., Fleet], polish: float,
         if search.best is None or search.task.total_time is not None:
             raise
         best, stopped = search.best, "Ctrl-C"
-    return finished(flown(best.curves[: len(search.task)], best.time), "joint", stopped)
+    return finished(flown(best.curves[: len(search.task)], best.time, search.shares), "joint", stopped)
 
 
 def _joint(search: TimeSearch, polish: float, seed: int) -> Certified:
@@ -299,10 +308,10 @@ def _knots_that_suit(task: FleetTask, least: int) -> int:
     return min(stretches, key=stretches.__getitem__) if stretches else least
 
 
-def _check_time(task: FleetTask, total_time: Any) -> None:
-    """Refuse a time that is none, or too short for the speed and acceleration of a vehicle."""
+def _check_time(task: FleetTask) -> None:
+    """Refuse a question without a time, or one too short for the speed and acceleration of a vehicle."""
     bound, slowest = float(task.bounds.max()), int(np.argmax(task.bounds))
-    if total_time is None:
+    if task.total_time is None:
         if not any(map(way_of, task.waypoints)):
             raise TimingError(
                 "no vehicle that is planned moves to another place, so no limit sets the time: give total_time"
@@ -311,11 +320,9 @@ def _check_time(task: FleetTask, total_time: Any) -> None:
             raise TimingError(
                 "plan_fleet needs limits on the speed or the acceleration of vehicles that move, or a total_time"
             )
-        return
-    seconds = check_time("total_time", total_time, TimingError)
-    if seconds < bound * (1.0 - 1e-9):
+    elif task.total_time < bound * (1.0 - 1e-9):
         raise TimingError(
-            f"total_time is {seconds:g} s, and vehicle {slowest} alone needs {bound:.4g} s for its way of "
+            f"total_time is {task.total_time:g} s, and vehicle {slowest} alone needs {bound:.4g} s for its way of "
             f"{way_of(task.waypoints[slowest]):.4g} m within its speed and acceleration: give more time"
         )
 

@@ -9,20 +9,21 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import cos, inf, sin
+from math import cos, inf, sin, sqrt
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, numbers
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_state, check_waypoints, point_text
+from minsnap.basics.checks import DERIVATIVES, check_state, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
+from minsnap.bounds.least_time import least_time
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_simple, clearance_of
 from minsnap.durations.recovery import RECOVERY
-from minsnap.errors import FleetError, InfeasibleError, SolverError, TimingError, WaypointError
+from minsnap.errors import FleetError, InfeasibleError, LimitError, SolverError, TimingError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.limits.limits import Limits, check_one_speed
 from minsnap.limits.trapezoid import trapezoid_time
@@ -40,6 +41,9 @@ ALONE = 3
 """Polynomials of a leg in the plan of a vehicle alone that says when it passes its waypoints."""
 
 PLAIN = ("speed", "acceleration", "jerk", "snap")
+
+BOUNDED = 8
+"""Vehicles with more than one leg whose least time is proved as that of a course."""
 
 MOST_VEHICLES = 10_000
 """Vehicles of one plan."""
@@ -68,6 +72,10 @@ class FleetTask:
         Of each vehicle: how long it rests at its waypoints at least [s]; empty for none.
     total_time : float or None
         Of all [s].
+    instants : tuple of ndarray, shape (n_i, 2), or None
+        Of each vehicle: when it arrives at each waypoint and leaves it [s]; empty for none.
+    shares : ndarray or None
+        Knots in units of the flight time, where instants are given: these are among them.
     later : tuple of (int, int)
         Vehicles and waypoints that are passed a knot later than alone, once for each time that they stand here.
     """
@@ -82,6 +90,8 @@ class FleetTask:
     corridors: tuple[Boxes | None, ...] = ()
     holds: tuple[FloatArray | None, ...] = ()
     total_time: float | None = None
+    instants: tuple[FloatArray | None, ...] = ()
+    shares: FloatArray | None = None
     later: tuple[tuple[int, int], ...] = ()
 
     def __len__(self) -> int:
@@ -110,6 +120,14 @@ class FleetTask:
         """Return how long a vehicle rests at its waypoints at least, shape (n_i,) [s]."""
         own = self.holds[vehicle] if self.holds else None
         return np.zeros(len(self.waypoints[vehicle])) if own is None else own
+
+    def instants_of(self, vehicle: int) -> FloatArray | None:
+        """Return when a vehicle arrives at its waypoints and leaves them, shape (n_i, 2) [s]; None where it is free."""
+        return self.instants[vehicle] if self.instants else None
+
+    def shares_of(self, pieces: int) -> FloatArray:
+        """Return the instants of knots in units of the flight time, shape (pieces + 1,)."""
+        return knot_shares(pieces) if self.shares is None else self.shares
 
     @cached_property
     def radii(self) -> FloatArray:
@@ -152,11 +170,14 @@ class FleetTask:
         Arrivals are nearest to those of the vehicle alone, and each leg has at least one piece. Holds last their
         seconds in the least time that the fleet can take, and longer in longer ones.
         """
+        shares, given = self.shares_of(pieces), self.instants_of(vehicle)
+        if given is not None:
+            return np.asarray(np.abs(shares[:, None, None] - given / (self.total_time or 1.0)).argmin(axis=0))
         points, holds = self.waypoints[vehicle], self.holds_of(vehicle)
         holds = holds / max(self.total_time or float(self.bounds.max()), 1e-12) if holds.any() else holds
         legs = self.legs_alone[vehicle]
         way = np.concatenate(([0.0], np.cumsum(legs))) / max(legs.sum(), 1e-12) * (1.0 - holds.sum())
-        instants, knots = knot_shares(pieces), [(0, int(np.searchsorted(knot_shares(pieces), holds[0] - 1e-12)))]
+        instants, knots = shares, [(0, int(np.searchsorted(shares, holds[0] - 1e-12)))]
         for index in range(1, len(points)):
             least, most = knots[-1][1] + 1, pieces - (len(points) - 1 - index)
             alone = int(np.argmin(np.abs(instants - way[index] - holds[:index].sum())))
@@ -188,7 +209,7 @@ class FleetTask:
         longest, stretch = max(float(legs.sum()) for legs in self.legs_alone), 1.0
         for vehicle, legs in enumerate(self.legs_alone):
             if len(legs) > 1:
-                arrives, leaves = knot_shares(pieces)[self.knots_of(vehicle, pieces)].T
+                arrives, leaves = self.shares_of(pieces)[self.knots_of(vehicle, pieces)].T
                 stretch = max(stretch, float((legs / (arrives[1:] - leaves[:-1])).max()) / max(longest, 1e-12))
         return stretch
 
@@ -204,16 +225,45 @@ class FleetTask:
         """Return the least time within the speed and acceleration limits: a trapezoid along the way [s]."""
         steps = np.diff(self.waypoints[vehicle], axis=0)
         table, at_rest = self.limit_table[vehicle], not self.moves(vehicle)
-        ways = [*np.abs(steps).sum(axis=0), np.sqrt((steps * steps).sum(axis=1)).sum()]
-        ways.append(np.sqrt((steps[:, :2] ** 2).sum(axis=1)).sum())
-        both = zip(ways, table[0], table[1], strict=True)
-        flying = max(trapezoid(float(way), float(v), float(a) if at_rest else inf) for way, v, a in both)
+        both = zip(_ways(steps), table[0], table[1], strict=True)
+        flying = max(trapezoid(way, float(v), float(a) if at_rest else inf) for way, v, a in both)
         return flying + float(self.holds_of(vehicle).sum())
 
     @cached_property
     def bounds(self) -> FloatArray:
         """Least time of each vehicle that is planned, shape (m,) [s]."""
         return np.array([self.bound_of(vehicle) for vehicle in range(len(self))])
+
+    @cached_property
+    def least(self) -> FloatArray:
+        """A time that each vehicle takes at least, shape (m,) [s].
+
+        It knows the limit on the jerk where a way is one leg from rest to rest; of those with more legs, a few that are
+        the slowest by their lengths have a bound that knows the bends.
+        """
+        least = self.bounds.copy()
+        for vehicle in np.argsort(-self.bounds, kind="stable").tolist():
+            points = self.waypoints[vehicle]
+            if len(points) == 2 and not self.moves(vehicle):
+                table = np.minimum(self.limit_table[vehicle], self.limit_table[vehicle, :, 3:4])  # no axis is beyond
+                each = zip(_ways(np.diff(points, axis=0)), *table[:3].tolist(), strict=True)
+                flying = max(trapezoid(*limited) for limited in each)
+                least[vehicle] = flying + float(self.holds_of(vehicle).sum())
+        legs = [vehicle for vehicle in np.argsort(-self.bounds, kind="stable") if len(self.waypoints[vehicle]) > 2]
+        for vehicle in legs[:BOUNDED]:
+            if self.limits is None:
+                break
+            start = {DERIVATIVES[order]: value for order, value in self.states[vehicle].items()}
+            with suppress(WaypointError, LimitError):
+                known = least_time(self.waypoints[vehicle], self.limits[vehicle], start=start or None).seconds or 0.0
+                least[vehicle] = max(least[vehicle], known + float(self.holds_of(vehicle).sum()))
+        return least
+
+
+def _ways(steps: FloatArray) -> list[float]:
+    """Return the lengths of steps (n, 3) along each axis, in space, and seen from above [m]."""
+    norms = (steps, steps[:, :2])
+    return [*np.abs(steps).sum(axis=0).tolist(), *(float(np.sqrt((each**2).sum(axis=1)).sum()) for each in norms)]
 
 
 def way_of(points: FloatArray) -> float:
@@ -254,18 +304,49 @@ def _add_thrust(table: FloatArray, values: Mapping[str, float], gravity: float) 
         table[2, 3] = min(table[2, 3], values["body_rate"] * (gravity - table[1, 3]))
 
 
-def trapezoid(way: float, speed: float, acceleration: float) -> float:
-    """Return the least time from rest to rest over a way [s].
+def trapezoid(way: float, speed: float, acceleration: float, jerk: float = inf) -> float:
+    """Return the least time from rest to rest over a way [s], with the ends of its ramps rounded by a jerk.
 
     Raises
     ------
     FleetError
-        If a number is none, or the speed or the acceleration not positive.
+        If a number is none, or the speed, the acceleration or the jerk not positive.
     """
-    real = all(isinstance(one, (int, float)) for one in (way, speed, acceleration))
-    if not real or not min(speed, acceleration) > 0.0:
+    real = all(isinstance(one, (int, float)) for one in (way, speed, acceleration, jerk))
+    if not real or not min(speed, acceleration, jerk) > 0.0:
         raise FleetError(f"give a way [m], and a speed and an acceleration above 0, not {shown((speed, acceleration))}")
+    if jerk < inf and way > 0.0:
+        return _rounded(way, speed, acceleration, jerk)
     return trapezoid_time(way, speed, acceleration)
+
+
+def _rounded(way: float, speed: float, acceleration: float, jerk: float) -> float:
+    """Return the least time of seven pieces of constant jerk: four of one length, two of constant acceleration."""
+    bend = min((0.5 * way / jerk) ** (1.0 / 3.0), sqrt(speed / jerk), acceleration / jerk)
+    ramp = 0.0
+    if bend >= acceleration / jerk:
+        whole = 0.5 * (sqrt(bend * bend + 4.0 * way / (jerk * bend)) - 3.0 * bend)
+        ramp = max(min(whole, speed / (jerk * bend) - bend), 0.0)
+    top = jerk * bend * (bend + ramp)
+    return float(way / top + 2.0 * bend + ramp)
+
+
+def least_times(waypoints: ArrayLike, limits: Limits | Sequence[Limits]) -> FloatArray:
+    """Return a time below which each vehicle cannot fly its way from rest to rest, shape (m,) [s].
+
+    Parameters
+    ----------
+    waypoints : array_like, shape (m, n, 3), or sequence of array_like, shape (n_i, 3)
+        [m].
+    limits : Limits or sequence of Limits
+        Speed, acceleration and jerk count along one leg, and what :func:`minsnap.least_time` knows through more.
+
+    Raises
+    ------
+    FleetError
+        If they are malformed.
+    """
+    return check_task(waypoints, limits, None, None, None, None, None, None, None).least
 
 
 def limits_of(limits: Any, vehicles: int) -> list[Limits]:
@@ -335,11 +416,11 @@ def _checked_waypoints(waypoints: Any) -> tuple[FloatArray, ...]:
 
 def _checked_states(start: Any, count: int) -> tuple[Mapping[int, FloatArray], ...]:
     sentence = f"start must be a list of {count} states, each None or such as {{'velocity': (1, 0, 0)}}"
-    each = _one_each([None] * count if start is None else start, count, sentence)
+    each = one_each([None] * count if start is None else start, count, sentence)
     return tuple(check_state(state, f"the start of vehicle {i}", 4, 3) for i, state in enumerate(each))
 
 
-def _one_each(value: Any, count: int, sentence: str) -> tuple[Any, ...]:
+def one_each(value: Any, count: int, sentence: str) -> tuple[Any, ...]:
     """Return the entries of a sequence, one for each vehicle, or raise FleetError with this sentence."""
     if not isinstance(value, Sequence) or len(value) != count:
         raise FleetError(sentence)
@@ -350,7 +431,7 @@ def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[
     if corridors is None:
         return ()
     sentence = f"corridors must be a list of {len(points)} Boxes, with None for vehicles without one"
-    entries = _one_each(corridors, len(points), sentence)
+    entries = one_each(corridors, len(points), sentence)
     for vehicle, (boxes, own) in enumerate(zip(entries, points, strict=True)):
         if boxes is None:
             continue
@@ -369,7 +450,7 @@ def _checked_holds(holds: Any, points: tuple[FloatArray, ...]) -> tuple[FloatArr
     if holds is None:
         return ()
     sentence = f"holds must be a list of {len(points)}, of each vehicle seconds at its waypoints, or None"
-    entries = _one_each(holds, len(points), sentence)
+    entries = one_each(holds, len(points), sentence)
     checked = [None if each is None else numbers(each) for each in entries]
     for vehicle, (own, way) in enumerate(zip(checked, points, strict=True)):
         if entries[vehicle] is not None and (own is None or own.shape != way.shape[:1] or not (own >= 0.0).all()):
@@ -419,8 +500,8 @@ def refuse_meetings(task: FleetTask, pieces: int) -> None:
     if meeting is not None:
         (one, i), (two, j), away = meeting
         text = f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant"
-        advice = "move one, or give one of the vehicles another waypoint before it"
-        raise FleetError(f"{text}, {away:.4g} m apart: {advice}", pair=(one, two))
+        advice = "give one other durations" if task.instants else "give one of the vehicles another waypoint before it"
+        raise FleetError(f"{text}, {away:.4g} m apart: move one, or {advice}", pair=(one, two))
 
 
 def apart_at_knots(task: FleetTask, pieces: int) -> FleetTask:

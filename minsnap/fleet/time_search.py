@@ -23,7 +23,7 @@ from minsnap.errors import UnprovedError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.first_guess import frozen, guess, powers
 from minsnap.fleet.fleet_certificate import FleetCertificate, FleetUse, certify_fleet, legs_left
-from minsnap.fleet.fleet_task import FleetTask, knot_shares
+from minsnap.fleet.fleet_task import FleetTask
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
 from minsnap.trajectory.trajectory import Trajectory
@@ -132,12 +132,17 @@ class TimeSearch:
     inside: float = TIMES.inside[0]
     _began: float = field(default_factory=process_time)
 
+    @property
+    def shares(self) -> FloatArray:
+        """Instants of the knots, in units of the flight time, shape (pieces + 1,)."""
+        return self.task.shares_of(self.pieces)
+
     def search_of(self, samples: int) -> FleetSearch:
         """Return a joint search with a number of samples a piece."""
         task = self.task
         obstacles = np.array([each.numbers() for each in task.avoid]).reshape(-1, 13)
         downwash = 1.0 if task.separation is None else task.separation.downwash
-        limits, shares = task.limit_table * (1.0 if task.free_time else self.inside), np.diff(knot_shares(self.pieces))
+        limits, shares = task.limit_table * (1.0 if task.free_time else self.inside), np.diff(self.shares)
         question = (task.radii, limits, task.walls(self.pieces), self._free(), shares, obstacles)
         return FleetSearch(*question, samples, downwash, task.length, self.threads)
 
@@ -173,7 +178,7 @@ class TimeSearch:
             for order, value in state.items():
                 moved[vehicle, 0, order] = value * powers(h)[order]
         for index, each in enumerate(self.task.fixed):
-            moved[count + index] = frozen(each, time, self.pieces)
+            moved[count + index] = frozen(each, time, self.shares)
         return moved
 
     def attempt(self, search: FleetSearch, curves: FloatArray, time: float, settings: Settings) -> TimeTried:
@@ -195,8 +200,8 @@ class TimeSearch:
         task = self.task
         held_to = {"separation": task.separation, "room": task.room, "avoid": task.avoid, "threads": self.threads}
         if task.limits is not None and task.free_time:
-            time *= slowed(flown(curves, time), task.limits) or 1.0
-        fleet = Fleet((*flown(curves[: len(task)], time), *task.fixed))  # type: ignore[arg-type]
+            time *= slowed(flown(curves, time, self.shares), task.limits) or 1.0
+        fleet = Fleet((*flown(curves[: len(task)], time, self.shares), *task.fixed))  # type: ignore[arg-type]
         certificate = certify_fleet(fleet, **held_to)  # type: ignore[arg-type]
         limited = task.limits is not None and not self._stretches
         kept = certificate.ok and self._inside(curves)
@@ -213,7 +218,10 @@ class TimeSearch:
         """Whether vehicles with corridors are proved to be inside of them."""
         for vehicle, boxes in enumerate(self.task.corridors):
             if boxes is not None:
-                curve, leg = flown(curves[vehicle : vehicle + 1], 1.0)[0], self.task.legs_of(vehicle, self.pieces)
+                curve, leg = (
+                    flown(curves[vehicle : vehicle + 1], 1.0, self.shares)[0],
+                    self.task.legs_of(vehicle, self.pieces),
+                )
                 if legs_left(boxes, curve, leg):
                     return False
         return True
@@ -319,11 +327,11 @@ def _weighed(data: FloatArray) -> FloatArray:
     return np.stack(rows, axis=2)
 
 
-def flown(curves: FloatArray, time: float) -> list[Trajectory]:
-    """Return the trajectories of curves at a common flight time [s]."""
+def flown(curves: FloatArray, time: float, shares: FloatArray) -> list[Trajectory]:
+    """Return the trajectories of curves at a common flight time [s], with knots at shares of it."""
     pieces = curves.shape[1] - 1
-    durations = np.diff(knot_shares(pieces)) * time
-    scale = np.stack([powers(share * pieces) for share in np.diff(knot_shares(pieces))])[:, :, None]
+    durations = np.diff(shares) * time
+    scale = np.stack([powers(share * pieces) for share in np.diff(shares)])[:, :, None]
     left, right = curves[:, :-1] * scale, curves[:, 1:] * scale * np.array([1.0, -1.0, 1.0, -1.0])[:, None]
     points = np.concatenate((_weighed(left), _weighed(right)[:, :, ::-1]), axis=2)
     return [Trajectory(each, durations, pieces=pieces) for each in points]
@@ -334,7 +342,7 @@ def unproved_fleet(search: TimeSearch, when: str, seed: int) -> UnprovedError:
     tried = search.nearest
     if tried is None:
         return UnprovedError("no fleet was found, as the search ended before it began: give a longer time_limit")
-    task, flew = search.task, flown(tried.curves[: len(search.task)], tried.time)
+    task, flew = search.task, flown(tried.curves[: len(search.task)], tried.time, search.shares)
     certificate = certify_fleet(flew, task.separation, avoid=task.avoid or None)
     text = f"no fleet was found that is apart at every instant{when}"
     if certificate.clearances is not None and certificate.clearances.min() < 0.0:

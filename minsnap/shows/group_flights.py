@@ -16,7 +16,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
-from minsnap.fleet import assign, certify_fleet, extent_of
+from minsnap.fleet import assign, certify_fleet, extent_of, least_times
 from minsnap.shows.act_moves import Curves
 from minsnap.shows.acts import Act, Group, Groups, Show
 from minsnap.shows.formations import spacing_of
@@ -172,8 +172,11 @@ class _GroupFlights:
 
     def _act(self, each: _Flying, act: Act, begins: float, arrival: float, method: str) -> PlayedAct:
         points = np.full(len(self._places), ELSEWHERE)
+        timed = act.at is not None or act.seconds is not None or act.delays is not None
+        ways = [[self._parts[i][-1](0.0), self._places[i]] for i in each.vehicles]
+        least = 0.0 if timed else float(least_times(ways, self._course.show.flown_limits).max())
         points[each.vehicles] = each.order
-        return PlayedAct(act, points, (Stage(act.name, begins, arrival, each.clock, method, each.group.name),))
+        return PlayedAct(act, points, (Stage(act.name, begins, arrival, each.clock, method, each.group.name, least),))
 
     def _flights(
         self, begins: float, leaving: Sequence[tuple[_Flying, Act]]

@@ -250,11 +250,19 @@ def _validation(held: FleetCertificate) -> Table:
 
 
 def _stages(report: SafetyReport) -> Table:
-    rows = [
-        (f"{s.group}: {s.name}" if s.group else s.name, f"{s.start:.2f}", f"{s.arrival:.2f}", f"{s.end:.2f}")
-        for s in report.stages
+    rows = []
+    for stage in report.stages:
+        name = f"{stage.group}: {stage.name}" if stage.group else stage.name
+        longer = "" if stage.longer is None else f"{stage.longer:.1%}"
+        rows.append((name, f"{stage.start:.2f}", f"{stage.arrival:.2f}", f"{stage.end:.2f}", longer))
+    columns = [
+        "act",
+        "leaves [s]",
+        "arrives [s]",
+        "until [s]",
+        "longer than any flight of the slowest vehicle, at most",
     ]
-    return Table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
+    return Table("Timeline", columns, rows)
 
 
 def _home(report: SafetyReport) -> list[Part]:

@@ -23,7 +23,7 @@ from minsnap.basics.storage.text import FileName, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors import Room
 from minsnap.errors import FileError, MinsnapError, TimingError, UnprovedError
-from minsnap.fleet import Fleet, Separation, certify_fleet, plan_fleet
+from minsnap.fleet import Fleet, Separation, certify_fleet, least_times, plan_fleet
 from minsnap.limits import Limits
 from minsnap.shows.acts import Act, Groups, Show
 from minsnap.shows.climb_turns import backwards
@@ -81,6 +81,11 @@ class FlightTask:
         none = np.zeros(len(self.ways))
         return np.column_stack([none if each is None else each for each in (self.delays, self.early)])
 
+    @property
+    def least(self) -> float:
+        """A time that its slowest vehicle takes at least [s]; 0 where some leave late."""
+        return 0.0 if self.late.any() else float(least_times(self.ways, self.limits).max())
+
     def is_apart(self, curves: Sequence[Trajectory], separation: Separation) -> bool:
         """Whether curves are apart from each other, and from those of others."""
         return certify_fleet([*curves, *self.beside], separation).ok
@@ -126,7 +131,7 @@ class ShowCourse:
         except MinsnapError as error:
             error.args = (f"the flight to {name}: {error}",)
             raise
-        self.add(name, curves, method, hold, given)
+        self.add(name, curves, method, hold, given, least=task.least if given == UNTIMED and curves else 0.0)
 
     def task(
         self, now: FloatArray, goals: FloatArray, vertical: float | None = None, delays: FloatArray | None = None
@@ -348,10 +353,11 @@ class ShowCourse:
         hold: float = 0.0,
         given: GivenTime = UNTIMED,
         inner: Sequence[Stage] = (),
+        least: float = 0.0,
     ) -> None:
         """Fly and hold; without curves all stay where they are."""
         self.now = np.stack([curve.control_points[-1, -1] for curve in curves]) if curves else self.now
-        self.flights.append(PlannedFlight(name, curves, method, hold, given, tuple(inner)))
+        self.flights.append(PlannedFlight(name, curves, method, hold, given, tuple(inner), least))
         self.stretched.append(self.slowing(curves) if given == UNTIMED and self._clocked else 1.0)
         self.tell(f"{name}: {self.flights[-1].duration:.2f} s ({method})")
 

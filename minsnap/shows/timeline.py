@@ -27,6 +27,8 @@ class Stage:
         How it was planned, or ``"kept"`` from an earlier run.
     group : str
         Which group flies it; empty for all.
+    least : float
+        No flight of its slowest vehicle is shorter [s]; 0 where its time is given.
     """
 
     name: str
@@ -35,6 +37,12 @@ class Stage:
     end: float
     method: str
     group: str = ""
+    least: float = 0.0
+
+    @property
+    def longer(self) -> float | None:
+        """By which share it is longer than any flight of its slowest vehicle, at most; None where its time is given."""
+        return max((self.arrival - self.start) / self.least - 1.0, 0.0) if self.least > 0.0 else None
 
 
 @dataclass(frozen=True)
@@ -93,6 +101,8 @@ class PlannedFlight:
         What is said of its time.
     inner : tuple of Stage
         Those of groups, whose times count from its start.
+    least : float
+        As of a stage.
     """
 
     name: str
@@ -101,6 +111,7 @@ class PlannedFlight:
     hold: float
     given: GivenTime = UNTIMED
     inner: tuple[Stage, ...] = ()
+    least: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -132,7 +143,7 @@ def stages_of(flights: Sequence[PlannedFlight], stretches: FloatArray, wait: flo
         if stages:
             stages[-1] = replace(stages[-1], end=begins)
         arrival = begins + (stretch * flight.duration if lasts is None else lasts)
-        stages.append(Stage(flight.name, begins, arrival, arrival + flight.hold, flight.method))
+        stages.append(Stage(flight.name, begins, arrival, arrival + flight.hold, flight.method, "", flight.least))
     return stages
 
 

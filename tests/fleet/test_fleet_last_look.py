@@ -62,8 +62,8 @@ def test_what_the_search_does_not_know_is_seen(monkeypatch, off):
     ],
 )
 def test_every_control_point_counts(monkeypatch, place, sentence):
-    def damaged(curves, time):
-        found = flown(curves, time)
+    def damaged(curves, time, shares):
+        found = flown(curves, time, shares)
         points = found[0].control_points.copy()
         points[place] += 1e-6
         return [minsnap.Trajectory(points, found[0].durations, found[0].yaw, found[0].pieces), *found[1:]]

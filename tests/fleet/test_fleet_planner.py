@@ -393,3 +393,76 @@ def test_a_fleet_whose_waypoints_need_more_time_than_usual_is_given_it():
     )
     fleet = minsnap.plan_fleet(paths, limits=limits, separation=separation, seed=1)
     assert minsnap.certify_fleet(fleet, limits=limits, separation=separation).ok
+
+
+LEGS = [[(-2, 0, 1), (0, 1, 1), (2, 0, 1)], [(2, 0, 1), (0, -1, 1), (-2, 0, 1)], [(0, 2, 1), (0, -2, 1)]]
+FREE = minsnap.Limits(speed=2.0, acceleration=3.0)
+
+
+@pytest.mark.parametrize(
+    ("durations", "holds", "total"),
+    [
+        ([(2.0, 3.5), (3.0, 2.5), None], None, None),
+        ([(2.0, 3.5), (3.0, 2.0), (3.0,)], [(0.5, 0, 0), (0, 0.7, 0), None], 8.0),
+        ([(2.2, 2.2), None, None], None, 6.0),
+    ],
+)
+def test_vehicles_are_at_their_waypoints_when_their_legs_say(durations, holds, total):
+    fleet = minsnap.plan_fleet(LEGS, FREE, 0.3, durations=durations, holds=holds, total_time=total)
+    for vehicle, (way, seconds) in enumerate(zip(LEGS, durations, strict=True)):
+        if seconds is None:
+            continue
+        rests = np.zeros(len(way)) if holds is None or holds[vehicle] is None else np.array(holds[vehicle], float)
+        arrives = np.append(0.0, np.cumsum(rests[:-1] + seconds))
+        assert fleet[vehicle](arrives) == pytest.approx(np.array(way), abs=1e-9)
+        stands = np.linspace(arrives[-1], fleet.duration, 20)
+        assert fleet[vehicle](stands) == pytest.approx(np.tile(way[-1], (20, 1)), abs=1e-9)
+        for at, rest, point in zip(arrives, rests, way, strict=True):
+            assert np.abs(fleet[vehicle](np.linspace(at, at + rest, 9)) - point).max() < 1e-9
+    room = (np.full(3, -99.0), np.full(3, 99.0))
+    assert faults(fleet, LEGS, 2.0, 3.0, False, np.full(3, 0.15), 1.0, room, []) == []
+    assert fleet.duration == pytest.approx(total or 5.5)
+
+
+def test_one_vehicle_with_times_of_its_legs_is_its_plan():
+    (one,) = minsnap.plan_fleet(LEGS[:1], FREE, durations=[(2.0, 3.5)])
+    plan = minsnap.plan(LEGS[0], durations=(2.0, 3.5), limits=FREE, pieces="auto")
+    assert (one.control_points == plan.control_points).all() and (one.durations == plan.durations).all()
+
+
+@pytest.mark.parametrize(
+    ("durations", "total", "sentence"),
+    [
+        ([(0.5, 3), None, None], None, "leg 0 of vehicle 0 is to last 0.5 s, .* takes 1.451 s at least: give it more"),
+        ([(2, 3), (1, 2)], None, "durations must be a list of 3, of each vehicle the seconds of its legs, or None"),
+        ([(2, 3), (1,), None], None, "the durations of vehicle 1 are .*: give 2 positive numbers"),
+        ([(2, -3), None, None], None, "the durations of vehicle 0 are .*: give 2 positive numbers"),
+        ([(2, np.nan), None, None], None, "the durations of vehicle 0 are .*: give 2 positive numbers"),
+        ([(2, 9), None, None], 6.0, "the legs and holds of vehicle 0 last 11 s, and the total time is 6 s"),
+        ([None, None, (2.4,)], None, "leg 0 of vehicle 2 is to last 2.4 s, .* takes 2.667 s at least"),
+    ],
+)
+def test_times_of_legs_that_cannot_be_are_refused(durations, total, sentence):
+    with pytest.raises(InputError, match=sentence):
+        minsnap.plan_fleet(LEGS, FREE, 0.3, durations=durations, total_time=total)
+
+
+def test_waypoints_that_meet_at_given_instants_are_refused():
+    ways = [LEGS[0], [(2, 0, 1), (0, 1, 1.1), (-2, 0, 1)]]
+    with pytest.raises(FleetError, match=r"passed at one instant, 0\.1 m apart: move one, or give one other durations"):
+        minsnap.plan_fleet(ways, FREE, 0.3, durations=[(2, 3), (2, 3)])
+    assert minsnap.plan_fleet(ways, FREE, 0.3, durations=[(2, 3), (3, 2)]).duration == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("norm", ["euclidean", "axis"])
+@pytest.mark.parametrize("jerk", [None, 2.0, 20.0])
+def test_no_flight_is_shorter_than_the_bound_and_some_come_near(norm, jerk):
+    limits = minsnap.Limits(speed=2.0, acceleration=3.0, jerk=jerk, norm=norm)
+    random = np.random.default_rng(3)
+    for scale, legs in ((0.2, 1), (3.0, 1), (20.0, 1), (4.0, 3)):
+        points = scale * random.normal(size=(legs + 1, 3))
+        alone = minsnap.plan_fleet([points], limits, pieces=8)
+        share = alone.duration / alone.report.bound
+        assert 1.0 - 1e-9 <= share <= (1.02 if legs == 1 and norm == "euclidean" else 1.4), (scale, legs, share)
+        assert alone.report.longer == pytest.approx(max(share - 1.0, 0.0))
+    assert str(alone.report).endswith("longer than any flight of vehicle 0")

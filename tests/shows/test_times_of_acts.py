@@ -165,3 +165,20 @@ def test_no_flight_is_quicker_than_its_least_time():
             <= least_seconds(np.zeros((1, 3)), np.array([[0, 0, 20.0]]), limits)
             <= alone.duration * 1.8
         )
+
+
+def test_each_flight_says_how_near_it_is_to_the_least_time():
+    """Not one whose time is given; no flight of a vehicle from place to place is shorter than its bound."""
+    show = show_of(
+        Act("ring", RING, 1.0), Act("high", HIGH, 1.0, seconds=9.0), Act("late", RING, delays=np.arange(6.0))
+    )
+    flown = fly(show, to="skyc")
+    stages = {stage.name: stage for stage in flown.stages}
+    assert stages["high"].longer is None and stages["late"].longer is None
+    for name in ("take-off", "ring", "return", "landing"):
+        stage = stages[name]
+        ways = flown.fleet(np.array([stage.start, stage.arrival]))
+        upright = {"vertical_speed": 1.0} if name in ("take-off", "landing") else {}
+        limits = minsnap.Limits(**show.flown_limits.given() | upright)
+        alone = max(minsnap.plan(way, limits=limits, pieces=8).duration for way in ways if np.ptp(way, 0).any())
+        assert stage.least <= alone and 0.0 <= stage.longer < 0.25, (name, stage)
