@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from functools import partial
 from math import sqrt
@@ -223,13 +223,14 @@ def upload(
     from minsnap.cli.flight_commands import check_apart
     from minsnap.flight import swarm_upload
     from minsnap.shows.crazyswarm_folder import ROBOTS, WAYS, read_robots, ways_text
+    from minsnap.shows.fleet_files import read_acts
 
-    fleet = minsnap.shows.read_fleet(folder)
+    fleet, acts = minsnap.shows.read_fleet(folder), read_acts(folder)
     nameless = dry_run and not uri and not (folder / ROBOTS).exists()
     robots = [] if uri or nameless else read_robots(folder)
     uris = list(uri or [robot.uri for robot in robots])
     if dry_run:
-        _say_contents(fleet, uris, ROBOTS)
+        _say_contents(fleet, uris, ROBOTS, acts)
     if dry_run or prove:
         approach = _say_ways(fleet, robots)
         if prove:
@@ -238,20 +239,25 @@ def upload(
     if start:
         check_apart(fleet)
     places = [robot.place and robot.place[:2] for robot in robots] or None
-    swarm_upload.upload(fleet, uris, start=start, told=tell, places=places)
+    swarm_upload.upload(fleet, uris, start=start, told=tell, places=places, acts=acts)
     return 0
 
 
-def _say_contents(fleet: minsnap.Fleet, uris: list[str], robots: str) -> None:
+def _say_contents(fleet: minsnap.Fleet, uris: list[str], robots: str, acts: Sequence[tuple[str, float]]) -> None:
     """Say what would be written into which memory, and how all would be started."""
     from minsnap.flight import swarm_upload
     from minsnap.flight.high_level import planned_ways
+    from minsnap.flight.memory_parts import COMPRESSED
 
     names = uris or list(map(fleet.name, range(len(fleet))))
-    for address, part in zip(names, swarm_upload.uploads(fleet, names), strict=True):
-        form = "compressed" if part.kind == swarm_upload.COMPRESSED else "polynomials"
-        off = f"at most {1e3 * part.distance:.2g} mm from the curve"
-        print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}, {off}")
+    parts = swarm_upload.uploads(fleet, names, acts)
+    for number, part in enumerate(parts, 1):
+        if len(parts) > 1:
+            print(f"part {number} of {len(parts)}, from {part.begins:.2f} to {part.ends:.2f} s:")
+        for address, own in zip(names, part.uploads, strict=True):
+            form = "compressed" if own.kind == COMPRESSED else "polynomials"
+            off = f"at most {1e3 * own.distance:.2g} mm from the curve"
+            print(f"{address}: {own.pieces} pieces, {len(own.content)} bytes, {form}, {off}")
     print(f"start: {planned_ways(uris) or f'as the addresses say, of --uri or {robots}'}")
 
 

@@ -71,11 +71,14 @@ class GroupStart:
         Time from before the first packet to after the last [s]; no two vehicles began further apart.
     volleys : int
         1, or more where a vehicle heard none.
+    began : float
+        When all had begun, on the clock of ``time.monotonic`` [s].
     """
 
     ways: str
     spread: float
     volleys: int
+    began: float = 0.0
 
     def __str__(self) -> str:
         again = f", told {self.volleys} times" if self.volleys > 1 else ""
@@ -91,8 +94,8 @@ def planned_ways(uris: Sequence[str]) -> str:
     return " and ".join(words)
 
 
-def start_group(links: Sequence[CrtpLink], volleys: Volleys) -> GroupStart:
-    """Start the trajectories of all vehicles at one instant, or as near to it as their links allow.
+def start_group(links: Sequence[CrtpLink], volleys: Volleys, slot: int = SLOT) -> GroupStart:
+    """Start the trajectories with a number in all vehicles at one instant, or as near to it as their links allow.
 
     Raises
     ------
@@ -109,10 +112,11 @@ def start_group(links: Sequence[CrtpLink], volleys: Volleys) -> GroupStart:
         sends = [cast.send for cast in casts] + [link.send for link in alone]
         for number in range(1, volleys.most + 1):
             act_on_each(links, _forget)
-            spread = _send_copies(sends, volleys)
+            spread = _send_copies(sends, volleys, slot)
+            began = time.monotonic()
             begun: list[bool] = act_on_each(links, lambda link, _: _has_begun(link, volleys.hearing))
             if all(begun):
-                return GroupStart(planned_ways([link.name for link in links]), spread, number)
+                return GroupStart(planned_ways([link.name for link in links]), spread, number, began)
     deaf = ", ".join(link.name for link, told in zip(links, begun, strict=True) if not told)
     raise LinkError(f"{deaf} does not answer to the start: out of reach, or on another channel than its address says")
 
@@ -123,9 +127,9 @@ def _forget(link: CrtpLink, _: int) -> None:
         pass
 
 
-def _send_copies(sends: Sequence[Callable[[bytes], None]], volleys: Volleys) -> float:
+def _send_copies(sends: Sequence[Callable[[bytes], None]], volleys: Volleys, slot: int) -> float:
     """Send all copies of the start, and return how long that took [s]."""
-    packet = bytes([COMMAND_PORT << 4 | LINK_BITS]) + struct.pack("<BBBBBBf", START, GROUP, 0, 0, 0, SLOT, 1.0)
+    packet = bytes([COMMAND_PORT << 4 | LINK_BITS]) + struct.pack("<BBBBBBf", START, GROUP, 0, 0, 0, slot, 1.0)
     began = time.monotonic()
     for copy in range(volleys.copies):
         if copy:

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
@@ -28,12 +30,25 @@ from minsnap.fleet import (
 from minsnap.flight.crazyflie_log import FleetWatch
 from minsnap.flight.crtp_link import CrtpLink, act_on_each
 from minsnap.flight.high_level import GO_TO, LAND, TAKE_OFF, Volleys, command, start_group
+from minsnap.flight.memory_parts import MemoryPart, Upload
 
 Place = tuple[float, float]
 """Where a vehicle stands: x and y [m]."""
 
 Say = Callable[[str], None]
 """Is told a sentence."""
+
+Storing = Callable[[CrtpLink, Upload], Iterator[None]]
+"""Writes a trajectory of a vehicle, a packet after the other."""
+
+WRITES, WATCHES = 0.25, 0.25
+"""For how long memories are written in flight before vehicles are watched again, and for how long they are [s]."""
+
+WRITTEN = object()
+"""Ends the packets of a trajectory."""
+
+LATE = 0.1
+"""From how late a part begins it is said [s]."""
 
 ELSEWHERE = 0.3
 """Distance from where a file says that a vehicle stands at which it is said [m]."""
@@ -67,7 +82,13 @@ def proved_approach(fleet: Fleet, places: np.ndarray, times: WayTimes | None = N
 
 
 def fly_swarm(
-    fleet: Fleet, links: Sequence[CrtpLink], timing: FlightTimes, places: Sequence[Place | None], say: Say
+    fleet: Fleet,
+    links: Sequence[CrtpLink],
+    timing: FlightTimes,
+    places: Sequence[Place | None],
+    say: Say,
+    parts: Sequence[MemoryPart],
+    storing: Storing,
 ) -> None:
     """Fly curves that are in the memories of vehicles, from where they stand and back to the ground.
 
@@ -79,6 +100,10 @@ def fly_swarm(
     places : sequence of (x, y) or None
         Where a file says that they stand [m]: it is said where a vehicle is far from it.
     say : callable
+    parts : sequence of MemoryPart
+        The curves as they lie in the memories, of which the first two are there.
+    storing : callable
+        Writes one of a vehicle's trajectories, a packet after the other.
 
     Raises
     ------
@@ -95,7 +120,7 @@ def fly_swarm(
     approach = proved_approach(fleet, np.array([state.place for state in states]), timing)
     for sentence in approach.sentences(fleet):
         say(sentence)
-    _Flight(fleet, links, timing, approach, watch, say).fly()
+    _Flight(fleet, links, timing, approach, watch, say, parts, storing).fly()
 
 
 class _Flight:
@@ -109,7 +134,10 @@ class _Flight:
         approach: FleetApproach,
         watch: FleetWatch,
         say: Say,
+        parts: Sequence[MemoryPart],
+        storing: Storing,
     ) -> None:
+        self._parts, self._storing = parts, storing
         self._fleet, self._links, self._timing = fleet, links, timing
         self._approach, self._watch, self._say = approach, watch, say
         self._yaws = [[float(curve.yaw(np.array(at))) for at in (0.0, curve.duration)] for curve in fleet]
@@ -122,8 +150,8 @@ class _Flight:
             for stage in self._approach.there:
                 self._pass(stage, 0)
             self._up = set(range(len(self._links)))
-            self._say(str(start_group(self._links, self._timing.start)))
-            self._watch(self._fleet.duration + self._timing.settle)
+            self._fly_parts()
+            self._watch(self._timing.settle)
             *ways, landing = self._approach.back
             for stage in ways:
                 self._pass(stage, 1)
@@ -133,9 +161,39 @@ class _Flight:
             self._land_all()
             raise
 
+    def _fly_parts(self) -> None:
+        """Fly one part after the other; while one is flown, the next but one is written where it lay."""
+        due = time.monotonic()
+        for number, (part, after) in enumerate(zip_longest(self._parts, self._parts[1:])):
+            if time.monotonic() - due > LATE:
+                late = time.monotonic() - due
+                self._say(f"part {number + 1} begins {late:.1f} s late: its memories were not written before")
+            started = start_group(self._links, self._timing.start, part.slot)
+            self._say(str(started) if len(self._parts) == 1 else f"part {number + 1} of {len(self._parts)} {started}")
+            due = started.began + (part.ends if after is None else after.begins) - part.begins
+            if number and after is not None:
+                self._write(after)
+            self._watch(max(due - time.monotonic(), 0.0))
+
+    def _write(self, part: MemoryPart) -> None:
+        """Write a part while another is flown, and watch in between."""
+        writers = [self._storing(link, own) for link, own in zip(self._links, part.uploads, strict=True)]
+        left = [True] * len(writers)
+
+        def write(_: CrtpLink, i: int) -> None:
+            end = time.monotonic() + WRITES
+            while left[i] and time.monotonic() < end:
+                left[i] = next(writers[i], WRITTEN) is not WRITTEN
+
+        while any(left):
+            act_on_each(self._links, write)
+            self._watch(WATCHES)
+
     def _pass(self, stage: WayStage, end: int, *, watched: bool = True) -> None:
         """Tell all moves of a stage, and watch until they have ended."""
         told = sorted(stage.moves)
+        if not told:  # all stand where it leads
+            return
 
         def tell(link: CrtpLink, i: int) -> None:
             move = stage.moves[told[i]]

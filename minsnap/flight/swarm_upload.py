@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
-
-import numpy as np
 
 from minsnap.basics.interrupts import ended_in_order
 from minsnap.errors import FileError, FleetError, FlightError
-from minsnap.files.formats import MAX_PIECES, compressed, crazyflie_rows, curve_of_bytes, curve_of_rows, distance_bounds
 from minsnap.fleet import Fleet
 from minsnap.flight.crtp_link import CrtpLink, act_on_each, ask, open_link
-from minsnap.flight.high_level import GROUP, SLOT, command
+from minsnap.flight.high_level import GROUP, command
+from minsnap.flight.memory_parts import MemoryPart, Upload, parts_of
 from minsnap.flight.swarm_flight import FlightTimes, Place, Say, fly_swarm
-from minsnap.trajectory import Trajectory, widest_step
 
 MEMORY_PORT, INFO, READ, WRITE = 4, 0, 1, 2
 TRAJECTORIES = 0x12
@@ -26,59 +22,10 @@ CHUNK = 24
 """Bytes of a write or a read."""
 
 SET_GROUP, DEFINE = 0, 6
-POLYNOMIALS, COMPRESSED = 0, 1
 
 
-@dataclass(frozen=True)
-class Upload:
-    """The content of a vehicle's memory.
-
-    Parameters
-    ----------
-    content : bytes
-    kind : int
-        ``POLYNOMIALS``, 33 float32 a piece, or ``COMPRESSED``.
-    pieces : int
-    distance : float
-        Upper bound of the distance of the curve in it to the planned one [m].
-    """
-
-    content: bytes
-    kind: int
-    pieces: int
-    distance: float
-
-
-def upload_of(trajectory: Trajectory, farthest: float = 0.01) -> Upload:
-    """Return the bytes of a trajectory: polynomials if they fit, else the compressed form.
-
-    Raises
-    ------
-    FileError
-        If neither fits, or what is held is further than ``farthest`` [m] from the trajectory; says by how much.
-    """
-    if max(len(trajectory.durations), 2) <= MAX_PIECES:
-        with np.errstate(over="ignore"):
-            rows = crazyflie_rows(trajectory).astype("<f4")
-        held = curve_of_rows(rows.astype(np.float64))
-        content, kind = np.roll(rows, -1, axis=1).tobytes(), POLYNOMIALS
-    else:
-        content, kind = compressed(trajectory), COMPRESSED
-        held = curve_of_bytes(content)
-    distance = float(distance_bounds(trajectory, held)[0])
-    if distance > farthest:
-        step, instant, piece = widest_step(trajectory)
-        if step > farthest:
-            raise FileError(
-                f"piece {piece} ends {step:.3g} m from piece {piece + 1}, at {instant:.4g} s: mend the curve"
-            )
-        text = f"the vehicle would hold a curve up to {distance:.2g} m from the planned one, rounded to its numbers"
-        raise FileError(f"{text}: fly slower, or plan legs of more even durations")
-    return Upload(content, kind, len(held.durations), distance)
-
-
-def store(link: CrtpLink, upload: Upload) -> None:
-    """Write a trajectory, read it back, define it and put the vehicle in the group.
+def storing(link: CrtpLink, upload: Upload) -> Iterator[None]:
+    """Write a trajectory, read it back, define it and put the vehicle in the group, a packet after the other.
 
     Raises
     ------
@@ -88,17 +35,29 @@ def store(link: CrtpLink, upload: Upload) -> None:
         If it has no such memory, the memory reads otherwise than written, or it refuses.
     """
     number, size = find_memory(link)
-    if len(upload.content) > size:
+    yield
+    if upload.offset + len(upload.content) > size:
         raise FileError(f"{link.name}: {len(upload.content)} bytes, and its memory has {size}: fly it in parts")
-    parts = [(start, upload.content[start : start + CHUNK]) for start in range(0, len(upload.content), CHUNK)]
+    starts = range(0, len(upload.content), CHUNK)
+    parts = [(upload.offset + start, upload.content[start : start + CHUNK]) for start in starts]
     for start, part in parts:
         _write(link, number, start, part)
-    stored = b"".join(_read(link, number, start, len(part)) for start, part in parts)
+        yield
+    stored = b""
+    for start, part in parts:
+        stored += _read(link, number, start, len(part))
+        yield
     if stored != upload.content:
         wrong = next(i for i, (a, b) in enumerate(zip(stored, upload.content, strict=True)) if a != b)
         raise FlightError(f"{link.name}: byte {wrong} reads {stored[wrong]} and was written {upload.content[wrong]}")
-    command(link, struct.pack("<BBBBIB", DEFINE, SLOT, 1, upload.kind, 0, upload.pieces))
+    command(link, struct.pack("<BBBBIB", DEFINE, upload.slot, 1, upload.kind, upload.offset, upload.pieces))
     command(link, struct.pack("<BB", SET_GROUP, GROUP))
+
+
+def store(link: CrtpLink, upload: Upload) -> None:
+    """Do the same without a pause."""
+    for _ in storing(link, upload):
+        pass
 
 
 def find_memory(link: CrtpLink) -> tuple[int, int]:
@@ -130,8 +89,8 @@ def _read(link: CrtpLink, number: int, start: int, count: int) -> bytes:
     return bytes(content)
 
 
-def uploads(fleet: Fleet, uris: Sequence[str]) -> list[Upload]:
-    """Return the memory of each vehicle, without a link.
+def uploads(fleet: Fleet, uris: Sequence[str], acts: Sequence[tuple[str, float]] = ()) -> list[MemoryPart]:
+    """Return what lies in the memories of all vehicles, one part after the other, without a link.
 
     Raises
     ------
@@ -145,7 +104,7 @@ def uploads(fleet: Fleet, uris: Sequence[str]) -> list[Upload]:
     twice = next((uri for uri in uris if list(uris).count(uri) > 1), None)
     if twice is not None:
         raise FleetError(f"the address {twice} stands twice: each vehicle needs its own")
-    return [upload_of(curve) for curve in fleet]
+    return parts_of(fleet, acts)
 
 
 def upload(
@@ -156,8 +115,12 @@ def upload(
     timing: FlightTimes | None = None,
     told: Say | None = None,
     places: Sequence[Place | None] | None = None,
+    acts: Sequence[tuple[str, float]] = (),
 ) -> None:
     """Write a fleet into the memories of its vehicles, and fly it if ``start`` says so.
+
+    One that does not fit is written in parts from rest to rest: the first two before the flight, each other one while
+    the one before it is flown.
 
     Parameters
     ----------
@@ -172,6 +135,8 @@ def upload(
     places : sequence of (x, y) or None, optional
         Where a file says that the vehicles stand before the flight [m]. What they say themselves
         counts; a difference is told.
+    acts : sequence of (str, float)
+        Names of acts, and when they are reached [s], to name one that does not fit.
 
     Raises
     ------
@@ -180,13 +145,17 @@ def upload(
     FlightError
         If a memory reads otherwise than written, a vehicle refuses or cannot fly on, or no ways are proved apart.
     """
-    contents = uploads(fleet, uris)
+    parts = uploads(fleet, uris, acts)
     say = told or (lambda line: None)
     with ExitStack() as opened:
         links = [opened.enter_context(closing(open_link(uri))) for uri in uris]
-        act_on_each(links, lambda link, i: store(link, contents[i]))
-        size, off = sum(len(part.content) for part in contents), max(part.distance for part in contents)
+        first = [each for part in parts[:2] for each in part.uploads]
+        for part in parts[:2]:
+            act_on_each(links, lambda link, i, part=part: store(link, part.uploads[i]))  # type: ignore[misc]
+        size, off = sum(len(each.content) for each in first), max(each.distance for each in first)
         say(f"{len(links)} memories written and read back, {size} bytes, at most {1e3 * off:.2g} mm from the curves")
+        if len(parts) > 1:
+            say(f"of {len(parts)} parts, from rest to rest, those after the second are written in flight")
         if start:
             with ended_in_order():
-                fly_swarm(fleet, links, timing or FlightTimes(), places or [None] * len(links), say)
+                fly_swarm(fleet, links, timing or FlightTimes(), places or [None] * len(links), say, parts, storing)

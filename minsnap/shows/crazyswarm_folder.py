@@ -41,7 +41,7 @@ def refuse_long(pieces: int, what: str = "") -> None:
     """Raise FileError if so many pieces of one vehicle do not fit its memory; ``what`` is planned of them, in words."""
     if pieces > MAX_PIECES:
         text = f"{pieces} pieces{what} do not fit the Crazyflie's memory of {MAX_PIECES}"
-        raise FileError(f"{text}: write it --to traj, compressed, which minsnap upload flies, or fly it in parts")
+        raise FileError(f"{text}: write it --to csv, which minsnap upload flies in parts")
 
 
 @dataclass(frozen=True)

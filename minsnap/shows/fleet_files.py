@@ -154,7 +154,10 @@ def write_fleet(
         check_destination(file, clobber=clobber)
     former = _unchanged(folder, ending)
     origin = None if sheet is None else sheet.origin
-    write_file(manifest, _manifest(fleet, kind, files, further, origin))  # first: what was cut short is refused by it
+    acts = () if sheet is None else sheet.cues
+    write_file(
+        manifest, _manifest(fleet, kind, files, further, origin, acts)
+    )  # first: what was cut short is refused by it
     for file, content in (files | further).items():
         write_file(file, content, clobber=clobber)
     for file in former - {*files, *further}:
@@ -181,6 +184,7 @@ def _manifest(
     files: dict[Path, str | bytes],
     further: dict[Path, str | bytes],
     origin: ShowOrigin | None,
+    acts: Sequence[tuple[float, str]],
 ) -> str:
     """Return the manifest of files with these contents: those of the vehicles, and those beside them."""
     vehicles = [
@@ -191,6 +195,7 @@ def _manifest(
     separation = None if fleet.separation is None else fleet.separation.plain
     content: dict[str, Any] = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
     content |= {} if origin is None else {"origin": vars(origin)}
+    content |= {"acts": [{"name": name, "at": at} for at, name in acts]} if acts else {}
     return json.dumps({**content, "separation": separation, "vehicles": vehicles, "further": beside}, indent=1) + "\n"
 
 
@@ -307,6 +312,16 @@ def read_origin(path: FileName) -> ShowOrigin | None:
     with reading(place / MANIFEST, "the manifest of a fleet"):
         content = json.loads(read_text(place / MANIFEST)).get("origin")
         return None if content is None else ShowOrigin(**content)
+
+
+def read_acts(path: FileName) -> tuple[tuple[str, float], ...]:
+    """Return the names of acts of the fleet of a folder, and when each is reached [s]; none where nothing says it."""
+    place = Path(path)
+    if not (place / MANIFEST).exists():
+        return ()
+    with reading(place / MANIFEST, "the manifest of a fleet"):
+        content = json.loads(read_text(place / MANIFEST)).get("acts", [])
+        return tuple((str(act["name"]), float(act["at"])) for act in content)
 
 
 def read_lights(path: FileName) -> tuple[Lamp, ...] | None:

@@ -16,7 +16,7 @@ from minsnap.cli.app import main
 from minsnap.errors import FleetError
 from minsnap.fleet.approach import approach_of
 from minsnap.fleet.standing_places import find_standing_places
-from minsnap.flight.swarm_upload import upload_of
+from minsnap.flight.memory_parts import upload_of
 from minsnap.shows.fleet_files import read_fleet, write_fleet
 
 SEPARATION = minsnap.Separation(0.3, downwash=2.0)

@@ -15,9 +15,10 @@ from minsnap.cli.app import main
 from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import compressed
 from minsnap.flight import crtp_link, swarm_flight
-from minsnap.flight.high_level import LAND
+from minsnap.flight.high_level import LAND, GroupStart
+from minsnap.flight.memory_parts import parts_of, upload_of
 from minsnap.flight.swarm_flight import FlightTimes
-from minsnap.flight.swarm_upload import upload, upload_of, uploads
+from minsnap.flight.swarm_upload import upload, uploads
 from minsnap.shows.fleet_files import write_fleet
 
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, climb=math.inf, travel=math.inf, sink=math.inf)
@@ -124,11 +125,11 @@ def test_ways_around_the_flight_last_as_long_as_their_lengths_need(monkeypatch, 
     """They used to last 2.5 to 3 s whatever their length: a vehicle fell from 6 m at 4 m/s, in an emergency too."""
     given, slept = [], []
     monkeypatch.setattr(swarm_flight, "command", lambda link, body: given.append(body))
-    monkeypatch.setattr(swarm_flight, "start_group", lambda links, volleys: 1 / 0 if lost else "started")
+    monkeypatch.setattr(swarm_flight, "start_group", lambda *_: 1 / 0 if lost else GroupStart("", 0.0, 1))
     fleet, times = minsnap.Fleet((minsnap.plan([(far, 0, height), (far, 1, height)], [2.0]),)), FlightTimes()
     approach = swarm_flight.proved_approach(fleet, np.zeros((1, 3)), times)
     try:
-        swarm_flight._Flight(fleet, ["link"], times, approach, slept.append, str).fly()
+        swarm_flight._Flight(fleet, ["link"], times, approach, slept.append, str, parts_of(fleet), iter).fly()
     except ZeroDivisionError:
         assert lost
     up, there, down = given
