@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,12 +20,12 @@ from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import STORED, Placement, passing
 from minsnap.corridors.margins import Margin, margin_to
-from minsnap.limits.compliance import KEPT, use_from
-from minsnap.limits.compliance import keeps as keeps_limits
-from minsnap.limits.limits import Limits
-from minsnap.native.quick_look import keeps
+from minsnap.native.quick_look import keeps as keeps_states
 from minsnap.polynomials.bernstein import derivative_basis_map
 from minsnap.trajectory.trajectory import Trajectory, made
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ def fault_as_one_leg(
         [s]
     """
     times, points, moves = curve.durations, curve.control_points, any(value.any() for value in start.values())
-    if not moves and curve.duration == duration and keeps(ends, times, points, half - 1, half - 1):
+    if not moves and curve.duration == duration and keeps_states(ends, times, points, half - 1, half - 1):
         return None
     still, exactly = {order: np.zeros(curve.dim) for order in range(1, half)}, np.zeros(ends.shape)
     pins = {0: still | dict(start), 1: still}
@@ -143,7 +144,7 @@ def _seen_at_once(asked: Conditions, curve: Trajectory) -> bool:
         return False
     states = np.array([value for _, value in start + end])
     arrays = place.points, curve.durations, curve.control_points, asked.continuity, highest
-    return keeps(*arrays, states=states if states.any() else None)
+    return keeps_states(*arrays, states=states if states.any() else None)
 
 
 def _wrong_waypoints(asked: Conditions, curve: Trajectory) -> str | None:
@@ -207,7 +208,11 @@ def _left_walls(walls: Sequence[Walls], curve: Trajectory, known: Mapping[int, M
 
 
 def _broken_limits(limits: Limits | None, curve: Trajectory, start: float) -> str | None:
-    if limits is None or (start <= 0.0 and keeps_limits(limits, curve)):
+    if limits is None:
+        return None
+    from minsnap.limits.compliance import KEPT, keeps, use_from
+
+    if start <= 0.0 and keeps(limits, curve):
         return None
     for used in use_from(limits, curve, start):
         if not used.fraction <= 1.0 + KEPT:
