@@ -36,7 +36,9 @@ if TYPE_CHECKING:
 def fleet(
     show: Annotated[Path, "SHOW", "YAML: vehicles, separation, limits, home, acts; or a zip or folder of frames."],
     *,
-    output: Annotated[Path | None, "--output", "-o", "FOLDER", "Folder of the show."] = None,
+    output: Annotated[
+        Path | None, "--output", "-o", "FOLDER", "Folder of the show; of the same name beside a .zip (Skybrush's CSV)."
+    ] = None,
     to: Annotated[str, "csv, crazyswarm2, skyb, traj (compressed) or skyc."] = "csv",
     report: Annotated[Path | None, "FILE", "Page of what was proved, to print and sign: .html or .pdf."] = None,
     animate: Annotated[Path | None, "FILE", "Seen from above: .gif; .mp4, .webm with ffmpeg."] = None,
@@ -75,7 +77,11 @@ def fleet(
     described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration, slower)
     if returns and described.turns is not None:
         raise InputError("--returns needs homes that are as far apart as vehicles in flight: these are left in turn")
-    exports = export or []
+    exports = list(export or [])
+    if output is not None and output.suffix.lower() == ".zip":
+        exports.append(output)
+        output = output.with_suffix("")
+        tell(f"{exports[-1]} is to be played; what is proved lies in {output}")
     for file in exports:
         check_export(file, ShowSheet(origin=described.origin))
     if preview is not None:

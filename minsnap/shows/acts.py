@@ -253,9 +253,10 @@ class Show:
             apart = self.separation.standing if name == "home" else self.separation.between(*pair)
             if least < apart:
                 text = f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less"
-                give = f"make it {1.001 * apart / max(least, 1e-9):.3g} times as large, or give it fewer vehicles"
+                give = f"make it {1.001 * apart / max(least, EXACT):.3g} times as large, or give it fewer vehicles"
                 if name == "home" and self.separation.ground is None:
                     give += f", or say how near they may be on the ground (ground: {np.floor(100 * least) / 100:g})"
+                give = give if least >= 0.01 else "move one of them"
                 raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
         for act in self.acts:
             if isinstance(act, Groups):

@@ -187,10 +187,14 @@ def _manifest(
     acts: Sequence[tuple[float, str]],
 ) -> str:
     """Return the manifest of files with these contents: those of the vehicles, and those beside them."""
-    vehicles = [
+    vehicles: list[dict[str, Any]] = [
         {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": _sha256(content)}
         for i, (file, content) in enumerate(files.items())
     ]
+    if origin is not None:
+        for row, place in zip(vehicles, origin.geodetic(fleet(0.0)).tolist(), strict=True):
+            row["home"] = {"latitude": place[0], "longitude": place[1]}
+            row["home"] |= {} if origin.altitude is None else {"altitude": place[2]}
     beside = [{"file": file.name, "sha256": _sha256(content)} for file, content in further.items()]
     separation = None if fleet.separation is None else fleet.separation.plain
     content: dict[str, Any] = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}

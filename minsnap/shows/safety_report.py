@@ -178,6 +178,11 @@ def _walls(report: SafetyReport) -> list[tuple[str, str]]:
     return rows
 
 
+def _geodetic(origin: ShowOrigin, place: FloatArray) -> str:
+    latitude, longitude, _ = origin.geodetic(place).tolist()
+    return f"{latitude:.7f}, {longitude:.7f}"
+
+
 def _range(values: FloatArray) -> str:
     """Say from where to where values reach; a trace below zero is no minus."""
     low, high = (round(float(value), 2) + 0.0 for value in (values.min(), values.max()))
@@ -316,9 +321,19 @@ def _vehicles(report: SafetyReport) -> list[Part]:
         speeds = (f"{curve.max_norm(1)[0]:.2f}", f"{curve.max_norm(2)[0]:.2f}")
         near_by = f"{least[i]:.3f}" if i in least else "beyond the list"
         takes = () if energies is None else (f"{energies[i]:.2f}",)
-        rows.append((held.fleet.name(i), flies, *takes, *speeds, _range(curve.control_points[..., 2]), near_by))
+        home = () if report.origin is None else (_geodetic(report.origin, curve(0.0)),)
+        rows.append((held.fleet.name(i), *home, flies, *takes, *speeds, _range(curve.control_points[..., 2]), near_by))
     takes = () if energies is None else ("energy [Wh]",)
-    columns = ["vehicle", "flies [s]", *takes, "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]"]
+    home = () if report.origin is None else ("home [°]",)
+    columns = [
+        "vehicle",
+        *home,
+        "flies [s]",
+        *takes,
+        "top speed [m/s]",
+        "top acceleration [m/s²]",
+        "altitude within [m]",
+    ]
     return [Table("Vehicles", [*columns, "nearest other [m]"], rows), *_model(report)]
 
 

@@ -7,6 +7,7 @@ import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FleetError, UnprovedError
 from minsnap.shows.acts import Act, Group, Groups, Show
+from minsnap.shows.csv_show import read_frames
 from minsnap.shows.fleet_files import read_fleet
 from minsnap.shows.formations import circle, grid
 from minsnap.shows.moves import Move
@@ -184,3 +185,13 @@ def test_groups_are_written_in_yaml(tmp_path, capsys):
         said = capsys.readouterr().err
         assert ended.value.code == 2 and sentence in said and said.count("\n") == 1, said
         assert not (tmp_path / "other").exists()
+
+
+def test_a_zip_is_written_beside_the_folder_that_is_proved(tmp_path, capsys):
+    (tmp_path / "show.yaml").write_text(GROUPED)
+    with pytest.raises(SystemExit) as ended:
+        main(["fleet", str(tmp_path / "show.yaml"), "-o", str(tmp_path / "played.zip")])
+    assert ended.value.code == 0 and "apart at every instant" in capsys.readouterr().out
+    held, frames = read_fleet(tmp_path / "played"), read_frames(tmp_path / "played.zip")
+    for curve, t, places in zip(held, frames.instants, frames.positions, strict=True):
+        assert np.abs(curve(np.minimum(t, curve.duration)) - places).max() < 2e-3

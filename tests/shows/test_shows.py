@@ -339,3 +339,9 @@ def test_moves_that_cannot_be_are_said_in_a_sentence(tmp_path, change, sentence)
     (tmp_path / "show.yaml").write_text(text)
     with pytest.raises(minsnap.InputError, match=sentence):
         fly(read_show(tmp_path / "show.yaml"))
+
+
+def test_homes_at_one_place_are_told_to_be_moved():
+    show = Show(np.zeros((2, 3)), (), minsnap.Separation(1.0), minsnap.Limits(speed=3, acceleration=2))
+    with pytest.raises(FleetError, match="points 0 and 1 of home are 0.000 m apart.*: move one of them"):
+        fly(show)

@@ -164,6 +164,7 @@ def test_the_command_reads_a_site_and_its_files_and_report_say_it(tmp_path, caps
     assert vars(held.origin) == vars(read_show(tmp_path / "show.yaml").origin)
     assert read_fleet(out)(0.0)[2] == pytest.approx(held.origin.local((47.4733801, 19.0621991, 110.1)), abs=0.002)
     html = page.read_text()
+    assert "47.4733801, 19.0621991" in html, "the home of each vehicle"
     assert "latitude 47.4733601°" in html and "<h2>Fence</h2>" in html and html.count(", kept</td>") >= 5
 
 
@@ -196,3 +197,17 @@ def test_files_say_the_origin(tmp_path, name):
     fleet = minsnap.Fleet((minsnap.plan([(0, 0, 0), (0, 0, 5)], total_time=5.0),))
     minsnap.shows.write_fleet(fleet, tmp_path / name, sheet=ShowSheet(origin=origin))
     assert vars(read_origin(tmp_path / name)) == pytest.approx(vars(origin))
+
+
+@pytest.mark.parametrize("altitude", [110.0, None])
+def test_manifests_have_the_home_of_each_vehicle_on_the_earth(tmp_path, altitude):
+    origin, places = ShowOrigin(47.4733, 19.0621, altitude, 59.0), np.array([(0.0, 0, 0), (30.0, -4, 0.5)])
+    fleet = minsnap.Fleet(tuple(minsnap.plan([place, place + (0, 0, 5)], total_time=5.0) for place in places))
+    minsnap.shows.write_fleet(fleet, tmp_path, sheet=ShowSheet(origin=origin))
+    homes = [row["home"] for row in json.loads((tmp_path / "manifest.json").read_text())["vehicles"]]
+    known = np.array(
+        [[home["latitude"], home["longitude"], home.get("altitude", 0.5 * i)] for i, home in enumerate(homes)]
+    )
+    assert ("altitude" in homes[0]) is (altitude is not None)
+    assert origin.local(known) == pytest.approx(places, abs=1e-4)
+    assert len(read_fleet(tmp_path)) == 2
