@@ -16,11 +16,8 @@ from minsnap.planning.planner import plan
 from minsnap.trajectory.report import Report
 from minsnap.trajectory.trajectory import Plan, Trajectory, planned
 
-NORMS = ("speed", "acceleration", "jerk", "snap")
-"""Limits within which the native planner finds the curves of ``plan``, in its order; beside thrust it finds others."""
-
-OTHERS = ("max_thrust", "min_thrust", "tilt", "body_rate")
-"""Further ones that it knows."""
+KNOWN = ("speed", "acceleration", "jerk", "snap", "max_thrust", "min_thrust", "tilt", "body_rate")
+"""Limits within which the native planner finds the curves of ``plan``, in its order."""
 
 BLOCK = 32
 """Problems of each thread in one call, between which Ctrl-C is taken."""
@@ -34,7 +31,7 @@ class PlainProblem(NamedTuple):
     points : ndarray, shape (n, dim)
         [m].
     limits : Limits
-        Of the kinds ``NORMS`` alone.
+        Of the kinds ``KNOWN`` alone.
     widths : ndarray, shape (n - 1,), or None
         Half-widths [m].
     corridor : object
@@ -54,7 +51,7 @@ class PlainProblem(NamedTuple):
             return None
         if type(limits) is not Limits or limits.norm != "euclidean" or limits.leg_speeds:
             return None
-        if not set(limits.given()) <= set(NORMS):
+        if not set(limits.given()) <= set(KNOWN):
             return None
         if corridor is None:
             return cls(points, limits, None, None)
@@ -89,7 +86,7 @@ def plan_together(
     done = 0
     for block in blocks:
         asked = [problem for problem in (problems[index] for index in block) if problem is not None]
-        names = (*NORMS, *OTHERS, "gravity")
+        names = (*KNOWN, "gravity")
         limits = np.array([[getattr(one.limits, name) or 0.0 for name in names] for one in asked])
         tubes = [one.widths for one in asked if one.widths is not None]
         widths = np.concatenate(tubes) if tubes else None

@@ -301,6 +301,8 @@ LIMITS = (
     minsnap.Limits(speed=2.0, acceleration=3.0),
     minsnap.Limits(speed=3.0, acceleration=4.0, jerk=30.0, snap=300.0),
     minsnap.Limits(acceleration=2.0, jerk=20.0),
+    minsnap.Limits(speed=3.0, max_thrust=1.4, min_thrust=0.5, tilt=0.6, body_rate=3.0),
+    minsnap.Limits(speed=4.0, tilt=0.5),
 )
 
 
@@ -309,7 +311,7 @@ LIMITS = (
 def test_plain_plans_within_limits_are_made_together_with_the_bits_of_plan(corridor, monkeypatch):
     rng = np.random.default_rng(11)
     points = [np.cumsum(rng.normal(size=(n, 3)), axis=0) for n in (2, 3, 5, 4, 3)]
-    limits, told, alone = [LIMITS[i % 3] for i in range(5)], [], []
+    limits, told, alone = list(LIMITS), [], []
     own = problem_rows.plan
     monkeypatch.setattr(problem_rows, "plan", lambda *asked, **others: alone.append(asked) or own(*asked, **others))
     many = minsnap.plan_many(points, corridor=corridor, limits=limits, progress=told.append)

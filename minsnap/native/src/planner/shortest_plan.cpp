@@ -48,7 +48,7 @@ struct PlanSettings {
     static constexpr double idle = 0.8;                          // factor on time below which nothing limits it; and where
     static constexpr double far = 0.05, nearly = 0.98;           // a search ended so far inside all limits
     static constexpr double slowings[] = {1.05, 1.1, 1.2, 1.4};  // of a curve that is left where a search was ended
-    static constexpr double longer[] = {1.01, 1.03, 1.1};        // durations in which the least cost is searched
+    static constexpr double longer[] = {1.01, 1.03, 1.06, 1.1};  // durations in which the least cost is searched
     static constexpr double near_least = 1.05;                   // time of a second start over the least that is proved
     static constexpr double close = 0.2, straight = 0.9;         // legs are close together below that share of the way to stop; its cosine
     static constexpr double on_limit = 0.999;                    // use of a state that leaves no room
@@ -303,6 +303,7 @@ Status ShortestPlan::run(CurveMemory &curve) {
         return says_(Status::no_memory, "there is no memory for the walls of %lld legs", static_cast<long long>(course_.legs));
     Attempt found;
     of_pieces(course_.pieces, found);
+    if (course_.pieces == 0 && (found.solved.legs == 0 || found.stands_in) && goes_on(found)) parted(found);
     if (no_memory_) return says_(Status::no_memory, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
     const bool searched = found.solved.legs > 0;
     Buffer<double> times;
@@ -325,15 +326,16 @@ Status ShortestPlan::run(CurveMemory &curve) {
 }
 
 // Take another plan where that is shorter.
-bool ShortestPlan::Attempt::shorter(CurveMemory &other) {
+bool ShortestPlan::Attempt::shorter(CurveMemory &other, bool other_stands_in) {
     if (other.legs == 0 || (solved.legs > 0 && !(other.total() < solved.total()))) return false;
     solved.swap(other);
+    stands_in = other_stands_in;
     return true;
 }
 
 // The shorter plan of both, and what the later search left.
 void ShortestPlan::Attempt::then(Attempt &later) {
-    shorter(later.solved);
+    shorter(later.solved, later.stands_in);
     if (later.left.legs > 0) left.swap(later.left);
     unlimited = unlimited || later.unlimited;
 }
@@ -347,7 +349,7 @@ void ShortestPlan::of_pieces(std::int64_t pieces, Attempt &found) {
         Attempt whole;
         CurveMemory divided;
         of_pieces(fewer, whole);
-        if (whole.solved.legs > 0 && cut(whole.solved, pieces, divided)) found.shorter(divided);
+        if (whole.solved.legs > 0 && cut(whole.solved, pieces, divided)) found.shorter(divided, whole.stands_in);
     }
 }
 
@@ -360,14 +362,28 @@ void ShortestPlan::of_starts(std::int64_t pieces, Attempt &found) {
     Attempt other;
     if (!near_least(finest, guess)) return;
     of_strategy(finest, &guess, other);
-    found.shorter(other.solved);
+    found.shorter(other.solved, other.stands_in);
 }
 
-// What is tried for a number of pieces: a search; where that has no plan, searches with fewer pieces, then least cost in the durations it left.
+// Where the number of pieces is left to a search that has no end, with three of them, and with two where three have none.
+void ShortestPlan::parted(Attempt &found) {
+    Attempt three;
+    of_pieces(P::divided[0], three);
+    if (three.solved.legs == 0 || three.stands_in) {
+        Attempt two;
+        of_pieces(P::divided[1], two);
+        three.shorter(two.solved, two.stands_in);
+    }
+    found.shorter(three.solved, three.stands_in);
+}
+
+// What is tried for a number of pieces: a search; where that has no plan, durations barely longer than it left, searches with fewer pieces, and least cost
+// in the durations it left.
 void ShortestPlan::of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found) {
     per_leg_ = pieces, longest_ = 0.0;
     solve(guess, found);
-    if (found.solved.legs > 0 && !(fewer_first() && found.solved.pieces == 1)) return;
+    if (goes_on(found)) in_longer_durations(found);
+    if (found.solved.legs > 0 && !found.stands_in && !(fewer_first() && found.solved.pieces == 1)) return;
     if (goes_on(found)) {
         Attempt later;
         from_fewer_pieces(pieces, later);
@@ -390,6 +406,7 @@ void ShortestPlan::from_fewer_pieces(std::int64_t pieces, Attempt &found) {
     if (!fewer_first()) {
         per_leg_ = 1;
         solve(nullptr, found);
+        in_longer_durations(found);
         found.left.legs = 0;
         if (found.solved.legs == 0 || end_.over()) return;
         guessed = !chosen && guess_of(found.solved, guess);
@@ -397,7 +414,7 @@ void ShortestPlan::from_fewer_pieces(std::int64_t pieces, Attempt &found) {
     per_leg_ = chosen ? P::divided[0] : pieces;
     Attempt more;
     solve(guessed ? &guess : nullptr, more);
-    if (more.solved.legs == 0) in_longer_durations(more);
+    in_longer_durations(more);
     if (chosen) more.left.legs = 0;
     if (CurveMemory divided; !chosen && found.solved.legs > 0) {
         if (!cut(found.solved, pieces, divided)) divided.legs = 0;
@@ -406,24 +423,24 @@ void ShortestPlan::from_fewer_pieces(std::int64_t pieces, Attempt &found) {
     found.then(more);
 }
 
-// The least cost in durations barely longer than those of a search that found no end.
+// The least cost in durations barely longer than those of a search that left no plan: its curve has no end, or uses more than the search knows.
 void ShortestPlan::in_longer_durations(Attempt &found) {
-    CurveMemory left;
-    left.swap(found.left);
     Guess guess;
     for (const double longer : P::longer) {
-        if (left.legs == 0 || end_.over() || !guess_of(left, guess)) break;
-        for (std::int64_t i = 0; i < left.all(); ++i) guess_durations_[std::size_t(i)] = longer * left.durations[std::size_t(i)];
+        CurveMemory slower;
+        if (found.solved.legs > 0 || found.left.legs == 0 || end_.over() || !slower.copy(found.left)) return;
+        slower.slow(longer);
         minsnap_curve told = minsnap_curve_new();
-        left.tell(told);
+        slower.tell(told);
+        if (!guess_of(slower, guess)) return;
+        std::copy(slower.durations.data(), slower.durations.data() + slower.all(), guess_durations_.data());
         Question question = question_;
         question.guess = &guess, question.timed = true;
         question.price = significant((2 * course_.half - 1) * told.cost / told.duration, 6);
         Attempt held;
         certified(question, held);
-        if (found.shorter(held.solved)) break;
+        found.shorter(held.solved, true);
     }
-    found.left.swap(left);
 }
 
 // Divide the polynomials of a curve by de Casteljau's algorithm in double-double arithmetic, so that each control point is rounded once. More samples
@@ -524,6 +541,7 @@ void ShortestPlan::in_durations_found(const CurveMemory &left, Attempt &found) {
     if (guess_of(curve, guess) && !end_.over()) certified(question_from(&guess), found);
     if (found.solved.legs == 0 || !(found.solved.total() < curve.total())) found.solved.swap(curve);
     hurried(found);
+    found.stands_in = true;
 }
 
 void ShortestPlan::hurried(Attempt &found) {
@@ -807,7 +825,12 @@ double ShortestPlan::touching(const CurveMemory &curve) {
     }
     const double near = bounds.vehicle == nullptr ? nearby(curve) : infinite;
     if (near < infinite) return near;
-    auto kept = [&](double logarithm) { return keeps(curve, logarithm == 0.0 ? 1.0 : grained(std::exp(logarithm))); };
+    auto kept = [&](double logarithm) {
+        if (bounds.vehicle != nullptr) return keeps(curve, logarithm == 0.0 ? 1.0 : grained(std::exp(logarithm)));
+        if (!scaled_.copy(curve)) return false;
+        scaled_.slow(std::exp(logarithm));
+        return largest_use(view(scaled_), bounds) <= 1.0;
+    };
     double low = 0.0, high = 0.0, step = P::first_step;
     for (; !kept(high); low = high, high += step, step *= 2.0)
         if (high > P::longest) return infinite;

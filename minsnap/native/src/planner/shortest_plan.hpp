@@ -63,9 +63,10 @@ private:
     struct Attempt {
         CurveMemory solved, left;
         bool unlimited = false;  // whether nothing limits the time
+        bool stands_in = false;  // whether the plan stands in for the end of a search
 
         bool hopeless() const { return solved.legs == 0 && unlimited; }
-        bool shorter(CurveMemory &other);
+        bool shorter(CurveMemory &other, bool other_stands_in = false);
         void then(Attempt &later);
     };
 
@@ -82,6 +83,7 @@ private:
     void divided(Attempt &found);
     void from_fewer_pieces(std::int64_t pieces, Attempt &found);
     void in_longer_durations(Attempt &found);
+    void parted(Attempt &found);
     void in_durations_found(const CurveMemory &left, Attempt &found);
     bool planned(const CurveMemory &left, CurveMemory &curve);
     void hurried(Attempt &found);
