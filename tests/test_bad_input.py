@@ -90,6 +90,7 @@ CORRIDORS = (
 
 DEGREES = (
     ({"degree": 6}, DegreeError, "degree is 6.*odd, from 3 to 11"),
+    ({"degree": "7"}, DegreeError, "degree is '7': give a whole number"),
     ({"degree": 1}, DegreeError, "degree is 1"),
     ({"degree": 13}, DegreeError, "degree is 13"),
     ({"degree": 7.0}, DegreeError, "degree is 7.0"),

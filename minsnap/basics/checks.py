@@ -206,7 +206,8 @@ def check_switch(name: str, value: Any) -> bool:
 def check_degree(degree: Any) -> int:
     """Return k for degree 2k - 1, or raise DegreeError."""
     if not is_whole(degree) or int(degree) not in DEGREES:
-        raise DegreeError(f"degree is {shown(degree)}: it must be odd, from 3 to 11 (7 minimises snap)")
+        number = "" if is_whole(degree) else "give a whole number; "
+        raise DegreeError(f"degree is {shown(degree)}: {number}it must be odd, from 3 to 11 (7 minimises snap)")
     return (int(degree) + 1) // 2
 
 

@@ -87,7 +87,10 @@ def simulate(
     stored = read_polynomials(file) if frame is None and is_polynomials(file) else None
     path = read_any(file, frame) if stored is None else stored.trajectory
     if path.dim != 3:
-        raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
+        raise InputError(
+            f"{file} has {path.dim} coordinates: a vehicle flies in three; plan it with z, a route from --start X Y Z "
+            "to --goal X Y Z"
+        )
     craft, shown = simulated.craft, on_terminal(json)
     flight = minsnap.flight.simulate(
         craft,

@@ -43,6 +43,12 @@ def test_the_figure_names_the_flight_simulated(call, path, monkeypatch):
     assert call("simulate", "path.json", "--plot", "flown.png").returncode == 0 and names == ["simulated"]
 
 
+def test_a_plane_plan_is_refused_with_how_it_gets_an_altitude(call):
+    minsnap.plan([(0, 0), (1, 0)], durations=[1.5]).save("plane.json")
+    done = call("simulate", "plane.json")
+    assert done.returncode == 2 and "plan it with z, a route from --start X Y Z to --goal X Y Z" in done.stderr
+
+
 def test_an_animation_is_written(call, tmp_path):
     minsnap.write_csv(minsnap.plan([(0, 0, 1), (0.2, 0, 1)], durations=[0.6]), "short.csv")
     assert call("simulate", "short.csv", "--animate", "flown.gif").returncode == 0
