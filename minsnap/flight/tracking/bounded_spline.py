@@ -50,7 +50,7 @@ class SplineSettings:
     relaxed: float = 1.6
     steps: int = 1000
     settled: float = 3e-4
-    precise: float = 1e-3
+    precise: float = 0.01
 
 
 SPLINE = SplineSettings()
@@ -69,7 +69,7 @@ def bounded_spline(
     values : ndarray, shape (m, dim)
         What it is to be near to [m].
     limits : sequence of SetpointLimit
-        Which the plan and the change together keep, to within a thousandth.
+        Which the plan and the change together keep, to within a hundredth.
     largest : float
         Greatest length of the change [m].
     cutoff : float
