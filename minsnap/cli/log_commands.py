@@ -154,6 +154,9 @@ def compare(
     report: options.FlightReport = None,
     tube: Annotated[str | None, "LOOP", "Hold flights against the tube of a loop: px4, ardupilot, YAML."] = None,
     wind: Annotated[float, "M/S", "With --tube: largest change of the wind [m/s]."] = 0.0,
+    fit_loop: Annotated[
+        Path | None, "FILE", "With --tube: write the loop with the lag and model error of a flight in still air."
+    ] = None,
     json: options.Json = False,
 ) -> int:
     """Compare flights with their reference: tracking error, delay.
@@ -166,6 +169,7 @@ def compare(
     """
     from minsnap.basics.checks import check_positive
     from minsnap.files.formats import is_polynomials, read_polynomials
+    from minsnap.flight.tracking.flown_tube import fit_loop as fitted_loop
     from minsnap.flight.tracking.flown_tube import hold_in_tube
     from minsnap.flight.tracking.tracking_plot import plot_comparison, write_flight_page
 
@@ -173,11 +177,19 @@ def compare(
     check_figure(plot, view)
     if max_speed is not None:
         check_positive("--max-speed", max_speed, "m/s", InputError)
+    if fit_loop is not None and (tube is None or wind):
+        raise InputError("--fit-loop is of a loop in still air: give --tube with it, and no --wind")
     if tube is None and wind:
         raise InputError(f"--wind {wind:g} is of a vehicle in its loop: give --tube px4 or another with it")
     loop = options.loop_of(tube, wind)
     stored = read_polynomials(reference) if matching.frame is None and is_polynomials(reference) else None
+    refuse_source(fit_loop, reference, *flights, *matching.sent or ())
     compared = matching.compared(reference, flights)
+    if fit_loop is not None and loop is not None:
+        if len(compared) > 1:
+            raise InputError(f"--fit-loop is of one flight, and {len(compared)} are given: choose one, with --flight N")
+        loop = fitted_loop(next(iter(compared.values())), loop)
+        loop.to_yaml(fit_loop)
     tubes = {} if loop is None else {name: hold_in_tube(one, loop, wind) for name, one in compared.items()}
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:

@@ -57,6 +57,8 @@ class LoopSource:
         By field: greatest velocities that its position loop asks for [m/s].
     others : dict
         Fields without a parameter.
+    older : tuple of str
+        Parameters of older versions in other units.
     """
 
     gains: dict[str, tuple[LoopParameter, LoopParameter]]
@@ -67,6 +69,7 @@ class LoopSource:
     tilt: LoopParameter
     speeds: dict[str, LoopParameter]
     others: dict[str, Any]
+    older: tuple[str, ...] = ()
 
 
 MOTORS = 0.05
@@ -109,6 +112,7 @@ AUTOPILOTS = {
         tilt=_named(30.0, "ATC_ANGLE_MAX"),
         speeds={},
         others={"delay": 0.05, "latency": 0.025, "of_error": True},
+        older=("ANGLE_MAX",),
     ),
 }
 """By name. Delays are those of simulated flights; ArduCopter's filters of 5 Hz are counted in its delay."""
@@ -125,7 +129,7 @@ def loop_parameters(autopilot: str) -> list[str]:
     known = _known(autopilot)
     pairs = [each for both in known.gains.values() for each in both]
     single = [known.attitude, known.hover, known.most, known.least, known.tilt, *known.speeds.values()]
-    return [name for each in (*pairs, *single) for name in each.names]
+    return [name for each in (*pairs, *single) for name in each.names] + list(known.older)
 
 
 def _known(autopilot: Any) -> LoopSource:

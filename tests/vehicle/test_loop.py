@@ -5,6 +5,7 @@ from loop_flights import flown
 import minsnap
 from minsnap import Loop
 from minsnap.errors import FileError, VehicleError
+from minsnap.vehicle.autopilot_gains import loop_parameters
 
 PLAIN = {"position_gain": 1.0, "velocity_gain": 3.0, "lag": 0.1, "delay": 0.0, "drag": 0.0}
 
@@ -75,6 +76,7 @@ def test_parameters_of_both_autopilots_by_their_names():
         Loop.ardupilot({"PSC_NE_VEL_P": 1.5, "ATC_ANGLE_MAX": 45.0}),
     )
     assert old == new
+    assert {"ANGLE_MAX", "ATC_ANGLE_MAX"} <= set(loop_parameters("ardupilot")), "both are asked of a vehicle"
     assert old.of_error
     assert old.velocity_gain[0] == 1.5
 

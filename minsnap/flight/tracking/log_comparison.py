@@ -321,12 +321,15 @@ class ComparedFlight:
         What was to be flown, where it was flown, and what was flown, both in the file's time.
     place : LogFlight or None
         Where in the log it is; None for a flight that is not from a log.
+    sent : Samples or None
+        What was sent, where it was flown, if that is not the reference itself.
     """
 
     comparison: Comparison
     reference: Samples
     flight: Samples
     place: LogFlight | None = None
+    sent: Samples | None = None
 
     @property
     def whole(self) -> float:
@@ -376,7 +379,8 @@ def compare_in_log(
     for match in find_flights(reference, setpoints):
         place = replace(match, start=match.start + lead / match.rate, lead=lead)
         there, flight = place.moved(planned or reference), place.in_time_of_file(flown, reference.duration)
-        compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place))
+        own = None if planned is None else place.moved(reference)
+        compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place, own))
     return compared
 
 

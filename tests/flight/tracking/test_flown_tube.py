@@ -1,6 +1,7 @@
 """Flights beside the tube of their loop: recorded ones, simulated ones, and what the command says."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,14 @@ import minsnap
 from minsnap.errors import FitError, VehicleError
 from minsnap.files.convert import read_samples
 from minsnap.files.flights import load_log
-from minsnap.flight import fit_flight, plot_flight_fit
+from minsnap.flight import CascadeController, fit_flight, plot_flight_fit, simulate, simulated_log
 from minsnap.flight.tracking.body_drag_fit import AxisDrag, FittedNumber, fitted
 from minsnap.flight.tracking.flight_fit import FlightFit
-from minsnap.flight.tracking.flown_tube import hold_in_tube
+from minsnap.flight.tracking.flown_tube import fit_loop, hold_in_tube
 from minsnap.flight.tracking.log_comparison import compare_in_log
 from minsnap.flight.tracking.tracking_plot import plot_comparison
 from minsnap.plot import save_figure
+from minsnap.vehicle import Quadrotor
 
 RECORDED = Path(__file__).parents[2] / "recorded"
 TRANSPORT = 0.125
@@ -37,6 +39,45 @@ def test_recorded_flights_stay_in_the_tube_of_their_fitted_loop(name, tmp_path):
     assert held.error <= held.tube.error
     assert "stayed in its tube" in held.sentence
     save_figure(plot_comparison({name: compared(name)}, tubes={name: held}), tmp_path / "held.png")
+
+
+def flown(course, sent=None):
+    """A flight of PX4's simulated vehicle, compared with its plan."""
+    plan = minsnap.plan(course, limits=minsnap.Limits(speed=3.0, acceleration=4.0, jerk=15.0)).sample(20.0)
+    given = plan if sent is None else sent(plan)
+    flight = simulate(Quadrotor.px4_sih(), CascadeController(), given)
+    log = simulated_log(Quadrotor.px4_sih(), flight, given)
+    return compare_in_log(given, log.reference, log.flight, planned=None if sent is None else plan)[-1]
+
+
+@pytest.fixture(scope="module")
+def known():
+    """A flight, and the loop whose lag is fitted to it: an autopilot that follows sooner than its gain says."""
+    one = flown([(0, 0, 2), (7, 0, 2), (7, 4, 3), (0, 4, 2)])
+    slow = minsnap.Loop.px4(drag=1.0, lag=(0.45, 0.05), model_error=0.0)
+    return one, slow, fit_loop(one, slow)
+
+
+def test_a_loop_is_fitted_to_a_flight_and_holds_others(known):
+    one, slow, loop = known
+    assert loop.lag[0] < 0.3 and loop.lag[1] == slow.lag[1] and 0.0 < loop.model_error < 0.3
+    assert not hold_in_tube(one, slow, 0.0).inside
+    assert hold_in_tube(one, loop, 0.0).inside
+    assert hold_in_tube(flown([(0, 0, 2), (5, 5, 2), (0, 8, 2), (-4, 3, 3)]), loop, 0.0).inside
+
+
+def test_a_tuned_flight_is_held_against_what_was_sent(known):
+    """It was held against the plan, from which its setpoints differ by half a metre."""
+
+    def ahead(plan):
+        moved = plan.position + 0.5 * np.sin(np.pi * plan.t / plan.duration)[:, None] ** 4 * [0.0, 1.0, 0.0]
+        return replace(plan, position=moved, velocity=np.gradient(moved, plan.t, axis=0), jerk=None, snap=None)
+
+    one = flown([(0, 0, 2), (7, 0, 2), (7, 4, 3), (0, 4, 2)], ahead)
+    held = hold_in_tube(one, known[2], 0.0)
+    assert held.inside
+    assert held.error <= held.allowed < 1.5 * held.error + held.reach
+    assert not hold_in_tube(replace(one, sent=None), known[2], 0.0).inside
 
 
 def test_a_flight_that_leaves_its_tube_is_told_and_one_that_saturates_has_none():
@@ -61,6 +102,11 @@ def test_the_command_holds_logs_against_their_tube(call, tmp_path):
     assert left.returncode == 1
     assert json.loads(left.stdout)["mission.ulg"]["tube"]["inside"] is False
     assert "give --tube" in call(*known, "--wind", 2).stderr
+    fitted = call(*known, "--tube", "mine.yaml", "--fit-loop", "fitted.yaml")
+    assert fitted.returncode == 0 and minsnap.Loop.from_yaml(tmp_path / "fitted.yaml").model_error > 0.03
+    assert "give --tube with it" in call(*known, "--fit-loop", "fitted.yaml").stderr
+    both = call(*known, RECORDED / "mission.bin", "--tube", "px4", "--fit-loop", "fitted.yaml")
+    assert "choose one" in both.stderr
 
 
 def test_stated_errors_cover_the_truth_where_residuals_wander():
