@@ -99,7 +99,7 @@ def read_ulog(path: FileName, inertial: bool = False) -> FlightLog:
                     f"{path} holds {what}, none with a valid horizontal position: the vehicle never had one"
                 )
             raise FileError(f"{path} holds neither {POSITION} nor {SETPOINTS[0]}: log them")
-        return replace(result, inertial=_inertial(topics, result.start))
+        return replace(result, inertial=_inertial(topics, result.start), autopilot="px4")
 
 
 def _inertial(topics: dict[str, dict[str, FloatArray]], start: float) -> InertialLog | None:
@@ -333,7 +333,8 @@ def read_dataflash(path: FileName, inertial: bool = False) -> FlightLog:
         result = flight_log(*_tracks(columns), damage)
         if result.flight is None:
             raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD, or {' or '.join(ESTIMATES)})")
-        return replace(result, inertial=_inertial_of(columns, result.start) if inertial else None)
+        felt = _inertial_of(columns, result.start) if inertial else None
+        return replace(result, inertial=felt, autopilot="ardupilot")
 
 
 class _Formats(dict[int, Any]):

@@ -134,6 +134,8 @@ class FlightLog:
         What was wrong with the file and what could be read all the same; None for a sound one.
     inertial : InertialLog or None
         What the body felt, if it was wanted and logged.
+    autopilot : str or None
+        ``px4`` or ``ardupilot``, by the kind of log; None where that does not tell.
     """
 
     reference: Samples | None
@@ -141,6 +143,7 @@ class FlightLog:
     start: float
     damage: str | None = None
     inertial: InertialLog | None = None
+    autopilot: str | None = None
 
     @property
     def end(self) -> float:
@@ -181,7 +184,7 @@ def joined_logs(logs: Sequence[FlightLog]) -> FlightLog:
     parts = [[getattr(log, name) for log in ordered] for name in ("reference", "flight", "inertial")]
     reference, flight, inertial = (_end_to_end(part, shifts) for part in parts)
     damage = "; ".join(log.damage for log in ordered if log.damage is not None)
-    return FlightLog(reference, flight, ordered[0].start, damage or None, inertial)
+    return FlightLog(reference, flight, ordered[0].start, damage or None, inertial, ordered[0].autopilot)
 
 
 Part = TypeVar("Part", Samples, InertialLog)

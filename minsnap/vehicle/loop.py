@@ -175,14 +175,15 @@ class Loop:
         ----------
         fit : FlightFit
         base : Loop, optional
-            Where all else is from: by default that of PX4.
+            Where all else is from: by default that of the autopilot that logged it, with its default gains.
 
         Raises
         ------
         VehicleError
             If the fit does not tell the horizontal drag.
         """
-        return replace(cls.px4() if base is None else base, **fit.of_loop())
+        usual = cls.ardupilot if fit.autopilot == "ardupilot" else cls.px4
+        return replace(usual() if base is None else base, **fit.of_loop())
 
     @cached_property
     def axes(self) -> tuple[AxisLoop, AxisLoop]:

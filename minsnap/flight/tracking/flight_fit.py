@@ -189,11 +189,14 @@ class FlightFit(BodyDragFit):
         Of the vehicle's position after its setpoint [s].
     lead : float
         How much earlier than planned the setpoints of this flight were sent [s]: so much of the delay is offset.
+    autopilot : str or None
+        ``px4`` or ``ardupilot``, by the kind of log.
     """
 
     source: str = FELT
     delay: FittedNumber | None = None
     lead: float = 0.0
+    autopilot: str | None = None
 
     def __str__(self) -> str:
         lines = [f"fitted to {self.source}"]
@@ -335,7 +338,7 @@ def fit_flight(source: FileName | FlightLog | Sequence[FileName | FlightLog], le
     if fit.hover is None and hover is not None:
         fit = replace(fit, notes=(*fit.notes, f"the autopilot's own estimate of the hover throttle is {hover:.3f}"))
     led = lead if lead is not None else 0.0 if log.reference is None else log.reference.lead
-    return replace(fit, delay=delay, lead=led, notes=(*damage, *fit.notes, *jumps))
+    return replace(fit, delay=delay, lead=led, autopilot=log.autopilot, notes=(*damage, *fit.notes, *jumps))
 
 
 def _from_setpoints(log: FlightLog) -> FlightFit:

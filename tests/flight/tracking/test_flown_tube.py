@@ -80,6 +80,13 @@ def test_a_tuned_flight_is_held_against_what_was_sent(known):
     assert not hold_in_tube(replace(one, sent=None), known[2], 0.0).inside
 
 
+def test_a_loop_has_the_gains_of_the_autopilot_that_logged_the_flight():
+    """ArduCopter's logs were given PX4's, without a word."""
+    for ending, usual in (("ulg", minsnap.Loop.px4()), ("bin", minsnap.Loop.ardupilot())):
+        loop = minsnap.Loop.from_fit(fit_flight(RECORDED / f"led.{ending}"))
+        assert (loop.position_gain, loop.lag, loop.of_error) == (usual.position_gain, usual.lag, usual.of_error)
+
+
 def test_a_flight_that_leaves_its_tube_is_told_and_one_that_saturates_has_none():
     held = hold_in_tube(compared("mission"), minsnap.Loop.px4(), 0.5)
     assert not held.inside
