@@ -62,7 +62,7 @@ clang: $(VENV)/developing ## the native core's tests with a core compiled by cla
 test-interpreter: ## a part of the tests with another interpreter: PYTHON=python3.10
 	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
 	sed -n 's/^    "\([A-Za-z_]*\)>=\([0-9.]*\).*/\1==\2/p' pyproject.toml > $(OTHER)/oldest.txt
-	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(or $(PINS),--constraint $(OTHER)/oldest.txt) \
+	MINSNAP_CXXFLAGS=-Werror $(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(or $(PINS),--constraint $(OTHER)/oldest.txt) \
 		'.[solvers]' pytest pytest-xdist hypothesis
 	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest $(if $(PINS),-W error,-o filterwarnings=default) $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
 		$(addprefix $(CURDIR)/tests/,planning/test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_reference.py cli/test_shape_commands.py)
@@ -132,7 +132,7 @@ $(VENV)/installed: $(VENV)/made pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/developing: $(VENV)/made pyproject.toml constraints.txt
-	$(PIP) --editable '.[test]'
+	MINSNAP_CXXFLAGS=-Werror $(PIP) --editable '.[test]'
 	$(PIP) --no-deps cflib pyusb libusb-package importlib_resources # cflib asks for a packaging that others have left behind
 	@touch $@ $(VENV)/installed
 
