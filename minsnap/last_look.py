@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Conditions:
+class AskedCurve:
     """What was asked of a plan, besides its limits and its times.
 
     Parameters
@@ -66,7 +66,7 @@ class Conditions:
 
 
 def fault(
-    asked: Conditions,
+    asked: AskedCurve,
     curve: Trajectory,
     limits: Limits | None,
     times: FloatArray | float | None = None,
@@ -77,7 +77,7 @@ def fault(
 
     Parameters
     ----------
-    asked : Conditions
+    asked : AskedCurve
     curve : Trajectory
         With its yaw.
     limits : Limits, optional
@@ -118,7 +118,7 @@ def fault_as_one_leg(
         return None
     still, exactly = {order: np.zeros(curve.dim) for order in range(1, half)}, np.zeros(ends.shape)
     pins = {0: still | dict(start), 1: still}
-    asked = Conditions(Placement(ends, exactly, exactly), pins, half - 1, pieces=len(times))
+    asked = AskedCurve(Placement(ends, exactly, exactly), pins, half - 1, pieces=len(times))
     return fault(asked, made(points, times, len(times)), None, duration)
 
 
@@ -132,7 +132,7 @@ def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | N
     )
 
 
-def _seen_at_once(asked: Conditions, curve: Trajectory) -> bool:
+def _seen_at_once(asked: AskedCurve, curve: Trajectory) -> bool:
     """Whether the native core sees waypoints that are fixed, the states at both ends and no others, and every joint."""
     place = asked.placement
     if place.regions or asked.closed or len(curve.durations) != asked.legs * asked.pieces or curve.dim != asked.dim:
@@ -147,14 +147,14 @@ def _seen_at_once(asked: Conditions, curve: Trajectory) -> bool:
     return keeps_states(*arrays, states=states if states.any() else None)
 
 
-def _wrong_waypoints(asked: Conditions, curve: Trajectory) -> str | None:
+def _wrong_waypoints(asked: AskedCurve, curve: Trajectory) -> str | None:
     if curve.legs != asked.legs or curve.dim != asked.dim:
         return f"it has {curve.legs} legs and {curve.dim} coordinates, and {asked.legs} and {asked.dim} were asked for"
     outside, passes = passing(curve, asked.placement)
     return None if passes else f"it passes a waypoint {outside:.3g} m outside of where it may, or the wrong way"
 
 
-def _wrong_knots(asked: Conditions, curve: Trajectory) -> str | None:
+def _wrong_knots(asked: AskedCurve, curve: Trajectory) -> str | None:
     if len(curve.durations) > 1 and continuity(curve) < asked.continuity:
         return f"its derivatives are continuous up to order {continuity(curve)}, and {asked.continuity} was asked for"
     for waypoint, state in asked.pins.items():

@@ -14,7 +14,7 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import KnotRegion, Placement
-from minsnap.last_look import Conditions
+from minsnap.last_look import AskedCurve
 from minsnap.optimisation.reduced_qp import ReducedProblem, Slots, slots_of
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units
@@ -101,10 +101,10 @@ class Task:
         return int(self.waypoints.shape[1])
 
     @property
-    def conditions(self) -> Conditions:
+    def conditions(self) -> AskedCurve:
         """What the plan has to keep, as the last look judges it."""
         placement = Placement(self.waypoints, self.lower, self.upper, regions=self.regions)
-        return Conditions(placement, self.pins, self.continuity, self.closed, self.pieces, self.walls)
+        return AskedCurve(placement, self.pins, self.continuity, self.closed, self.pieces, self.walls)
 
     @cached_property
     def lengths(self) -> FloatArray:
