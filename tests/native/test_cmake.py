@@ -40,12 +40,14 @@ def test_examples_are_built_by_a_project_that_finds_the_package(package, tmp_pat
     cmake("--build", tmp_path)
     said = {
         name: subprocess.run([tmp_path / name], capture_output=True, text=True, check=True).stdout
-        for name in ("plan", "replan", "corridor")
+        for name in ("plan", "replan", "corridor", "gates")
     }
     rows = said["plan"].splitlines()
     assert rows[0] == "t,x,y,z" and len(rows) > 150
     assert said["replan"].splitlines()[-1].startswith("at rest at ")
     assert said["corridor"].startswith("inside by ")
+    lap, least = (float(said["gates"].split()[index]) for index in (3, 10))
+    assert least <= lap < 1.2 * least
 
 
 @pytest.mark.parametrize(("asked", "found"), [("0.2", True), ("", True), ("0.1", False), ("99.0", False)])
