@@ -168,5 +168,5 @@ def test_a_lap_of_a_plan_file_goes_on_to_its_first_waypoint(call, widths):
 
 
 def test_numbers_after_an_option_are_hinted_at_with_this_option(call):
-    run = call("route", "map.yaml", "--start", "1,1", "--goal", "2,2", "--origin", "-330", "-460", "0")
-    assert run.returncode == 2 and "--origin=0.3,0.5" in run.stderr
+    run = call("rect", "--corridor", "-330", "-460", "0")
+    assert run.returncode == 2 and "--corridor=0.3,0.5" in run.stderr
