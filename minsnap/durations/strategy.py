@@ -14,7 +14,8 @@
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
 4. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
    left to it; where it is slow still, each leg may last as long as its own turn takes with that room.
-5. Rest at every waypoint, where the search was ended, or longer times are asked for.
+5. The shortest curve inside all limits that any of these searches came by on its way.
+6. Rest at every waypoint, where the search was ended, or longer times are asked for.
 
 The shortest flight of all is taken; without any, the reason why there is none.  Time, work and Ctrl-C end it between
 two of them with the best so far.
@@ -240,6 +241,8 @@ class Strategy:
             found = self._next(found, self._from_fewer_pieces)
             found = self._next(found, self._in_durations_found)
         found = self._next(found, self._with_room)
+        if not found.hopeless:
+            found = found.then(self._spare(found))
         solved = found.solved
         slow = solved is None or solved.flown.duration > self.times.sum()
         ended = self.interrupted or not self.timing.shortest
@@ -260,7 +263,7 @@ class Strategy:
                 with self.watched.interruptible():
                     later = attempt(found)
             except LateError as late:
-                if found.solved is None:
+                if found.solved is None and self.watched.spare is None:
                     raise
                 self.watched.ended = late
         return found.then(later)
@@ -437,6 +440,8 @@ class Strategy:
                 curve = self._searched(question)
                 if not isinstance(curve, ShortestCurve):
                     return replace(found, reason=curve)
+                if limits is self.limits and not (question.timed or question.price):
+                    self.watched.spared(curve.inside)
                 found = found if inside else Attempt(curve=curve)
                 if not curve.durations.max() <= LONGEST_PIECE:
                     break
@@ -464,6 +469,23 @@ class Strategy:
     def _nearly_kept(self, solved: SolvedTask, limits: Limits) -> bool:
         """Whether a curve whose search found no end is near enough to its limits to be flown more slowly."""
         return largest_use(limits, solved.flown, proved=False) <= SETTINGS.use_without_end
+
+    def _spare(self, found: Attempt) -> Attempt:
+        """Certify the shortest curve that any search came by on its way, if it is shorter than what is found."""
+        curve, best = self.watched.spare, found.solved
+        if curve is None or not self._known:  # what a search does not know, it does not keep inside
+            return NOTHING
+        if best is not None and best.flown.duration <= (1.0 + SETTINGS.slower_share) * curve.durations.sum():
+            return NOTHING
+        solved = solved_at(self.task, curve)
+        if not solved.inside:
+            return NOTHING
+        kept = self._touching(solved, self.limits, 1.0) if self.task.still else solved
+        if kept is None or not keeps(self.limits, kept.flown):
+            return NOTHING
+        if not self.timing.refine and kept.task.pieces != self.task.pieces:
+            kept = self.cut(kept) or kept
+        return Attempt(kept, stands_in=best is None or found.stands_in)
 
     def _in_longer_durations(self, found: Attempt) -> Attempt:
         """Search the least cost in durations barely longer than those of a search that left no plan.
@@ -502,7 +524,11 @@ class Strategy:
             if use <= 1.0 + KEPT:
                 quick = () if priced else self._hastened(at, limits)
                 kept = next((one for one in chain(quick, [solved]) if keeps(limits, one.flown)), None)
-                return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
+                if kept is not None:
+                    return kept, 0.0
+                use = largest_use(limits, curve)
+                if not answer.stopped:
+                    return None, use - 1.0
             excess = use - 1.0
             if not self.task.still or (slower_share == SETTINGS.slower_share and not answer.stopped):
                 return None, excess

@@ -37,11 +37,14 @@ class WatchedSearch:
         Of the steps.
     ended : LateError or None
         What ended the search from outside.
+    spare : ShortestCurve or None
+        The shortest curve inside all limits that a search came by whose end is another; not certified.
     """
 
     def __init__(self, task: Task, timing: Timing) -> None:
         self.timing, self.log = timing, Log(timing.progress)
         self.ended: LateError | None = None
+        self.spare: ShortestCurve | None = None
         self.deadline, self._own, self._longest = timing.in_time(task).deadline, task.deadline, 0.0
 
     @property
@@ -99,6 +102,11 @@ class WatchedSearch:
         if curve is not None and not curve.stopped and work.remembers:
             work.known = (*work.known[1 - REMEMBERED :], (question, curve))
         return curve
+
+    def spared(self, curve: ShortestCurve | None) -> None:
+        """Keep a curve that a search came by, where it is the shortest so far."""
+        if curve is not None and (self.spare is None or curve.durations.sum() < self.spare.durations.sum()):
+            self.spare = curve
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from enum import IntEnum
 from math import inf, prod
 from typing import Any
@@ -164,6 +164,8 @@ class ShortestCurve:
         How far inside its bound the most used limit of the search is, in widths.
     knots : ndarray, shape (pieces + 1, k, dim)
         Derivatives, of a curve that was searched [m/s^order].
+    inside : ShortestCurve or None
+        The shortest curve inside all that the search knows that it came by, which need not be its end.
     """
 
     durations: FloatArray
@@ -173,6 +175,7 @@ class ShortestCurve:
     kept: bool
     slack: float = 0.0
     knots: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    inside: ShortestCurve | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,14 +232,12 @@ def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve |
     more = 0 if half == 4 else max(3 - dim, 0) + (dim == 4)
     most = (waypoints - 1) * prod(question.parts)
     most *= 1 if question.guess is None else question.guess.pieces
-    durations, points, knots = (
-        np.empty(most),
-        np.empty((most, 2 * half, dim + more)),
-        np.empty((most + 1, half, dim + more)),
-    )
-    answer = ShortestAnswer(
-        work=watch.work, longest=watch.longest, totals=totals, durations=durations, points=points, knots=knots
-    )
+    shapes = (most,), (most, 2 * half, dim + more), (most + 1, half, dim + more)
+    last, inside = (tuple(map(np.empty, shapes)) for _ in range(2))
+    rooms = dict(zip(_CURVE, last, strict=True))
+    if question.moving:  # what scales to its limits needs no other curve
+        rooms |= {f"inside_{name}": room for name, room in zip(_CURVE, inside, strict=True)}
+    answer = ShortestAnswer(work=watch.work, longest=watch.longest, totals=totals, **rooms)
     request = _request(question, more)
     request.put(**{name: getattr(watch, name) for name in _WATCHED}, poll=POLL(polled))
     with noted_interrupts(pressed):
@@ -245,14 +246,19 @@ def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve |
         raise raised[0]
     tell()
     if LOGGER.isEnabledFor(logging.DEBUG):
-        _log(question, status, answer.iterations, float(durations[: max(answer.pieces, 0) * (waypoints - 1)].sum()))
+        _log(question, status, answer.iterations, float(last[0][: max(answer.pieces, 0) * (waypoints - 1)].sum()))
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
-    count = answer.pieces * (waypoints - 1)
-    if count < most or more:
-        durations, points, knots = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
-    ended = status is Status.SPENT, status is not Status.NO_PROGRESS
-    return ShortestCurve(durations, points, answer.iterations, *ended, slack=-answer.limit, knots=knots)
+
+    def curve(rooms: tuple[FloatArray, ...], pieces: int, stopped: bool, kept: bool, slack: float) -> ShortestCurve:
+        durations, points, knots = rooms
+        count = pieces * (waypoints - 1)
+        if count < most or more:
+            durations, points, knots = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
+        return ShortestCurve(durations, points, answer.iterations, stopped, kept, slack, knots)
+
+    ended = curve(last, answer.pieces, status is Status.SPENT, status is not Status.NO_PROGRESS, -answer.limit)
+    return replace(ended, inside=curve(inside, answer.inside, True, True, 0.0)) if answer.inside else ended
 
 
 def _log(question: ShortestQuestion, status: Status, iterations: int, total: float) -> None:
@@ -263,6 +269,10 @@ def _log(question: ShortestQuestion, status: Status, iterations: int, total: flo
     found = f", {total:.6g} s" if status in (Status.DONE, Status.SPENT, Status.NO_PROGRESS) else ""
     text = "search (%s) of %d legs, pieces: %s, %s: %s after %d iterations%s"
     LOGGER.debug(text, aim, len(question.pinned) - 1, pieces, begun, status.name.lower(), iterations, found)
+
+
+_CURVE = ("durations", "points", "knots")
+"""What an answer says of a curve."""
 
 
 _TAKEN = ("closed", "moving", "timed", "rough", "worthwhile", "inwards", "tightened", "price", "lengths")

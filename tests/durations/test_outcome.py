@@ -103,7 +103,9 @@ def test_no_search_is_made_twice(monkeypatch):
     assert not any(one.same(other) for k, one in enumerate(asked) for other in asked[:k])
 
 
-@pytest.mark.parametrize(("seed", "pieces", "most"), [(900000862, 1, 3.4), (910000413, "auto", 1.9)])
+@pytest.mark.parametrize(
+    ("seed", "pieces", "most"), [(900000862, 1, 3.4), (910000413, "auto", 1.9), (910000413, 1, 2.7)]
+)
 def test_what_stands_in_for_the_end_of_a_search_is_compared_with_others(seed, pieces, most):
     """It was taken, however long: 5.02 s within a limit on snap, and 4.61 s of a lap within rotors."""
     asked = question(seed)[0] | {"pieces": pieces}

@@ -38,7 +38,8 @@ class InteriorPoint {
 public:
     using Settings = ShortestSettings;
 
-    Chain<S> chain, inside;  // where it is, and the shortest so far that was well inside all rows; of no pieces before
+    // Where it is, and the shortest so far that was inside all rows of the vehicle's own body, slowed where that helps; of no pieces before.
+    Chain<S> chain, inside;
     Rows<S> rows;
     TimeObjective<S> objective;
     std::int64_t iterations = 0;
@@ -48,8 +49,8 @@ public:
     InteriorPoint(const Instants<S::half, S::instants> &tables, Watch &watch) : rows(tables), watch_(watch) {}
 
     [[nodiscard]] bool allocate(int most) {
-        return chain.allocate(most) && inside.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) &&
-               newton_.allocate(most) && first_states_.allocate(most) && second_states_.allocate(most);
+        return chain.allocate(most) && inside.allocate(most) && anchor_.allocate(most) && trial_.allocate(most) &&
+               objective.ratio.allocate(most) && newton_.allocate(most) && first_states_.allocate(most) && second_states_.allocate(most);
     }
 
     // Make rows for the chain as it is, with slacks and multipliers of a barrier of that gap.
@@ -97,6 +98,7 @@ public:
         double damping = 0.0, least_damping = 0.0, former = 0.0;
         int shortened = 0, failed = 0, lost = 0, stalled = 0, grown = 0;
         filter_.clear();
+        keep();
         for (int iteration = 0; iteration < Settings::iterations; ++iteration, ++iterations) {
             if (watch_.ends(chain.total(), rows.count)) return StageEnd::stopped;
             weigh();
@@ -118,7 +120,7 @@ public:
                 continue;
             }
             failed = 0;
-            if (largest() <= -Settings::well_inside && !(inside.pieces > 0 && inside.total() <= chain.total())) inside.copy(chain);
+            keep();
             if (shortened > (within ? 1 : 0)) damping = std::max(damping * Settings::damping_change, Settings::damping);
             const double now = chain.course.timed ? smooth_ * objective.unit : chain.total(), gap = barrier_ * rows.regular,
                          decrement = -newton_.slope() * std::max(1.0, damping);
@@ -161,20 +163,7 @@ public:
     }
 
     // Largest excess of walls and of limits at true peaks, in widths.
-    void excess(double inwards, double &wall, double &limit) {
-        wall = limit = -1.0;
-        for (int i = 0; i < chain.pieces; ++i) {
-            each_peak(rows, chain, i, states_[i].ends, value_.data(), [&](const Peak &peak) {
-                const double value = value_[peak.row] - rows.margin[peak.row] + peak.rise;
-                if (peak.wall)
-                    wall = std::max(wall, value - rows.wall_margin - inwards);
-                else
-                    limit = std::max(limit, value - rows.limit_margin);
-            });
-            for (int row = rows.first[i] + rows.sampled(i / chain.per_leg); row < rows.first[i + 1]; ++row)
-                wall = std::max(wall, value_[row] - rows.wall_margin - inwards);
-        }
-    }
+    void excess(double inwards, double &wall, double &limit) const { excess_of(chain, states_, value_.data(), inwards, wall, limit); }
 
 private:
     [[nodiscard]] bool allocate_rows(int count) {
@@ -398,14 +387,87 @@ private:
         return growth;
     }
 
+    void excess_of(const Chain<S> &at, const PieceState<S> *states, const double *value, double inwards, double &wall,
+                   double &limit) const {
+        wall = limit = -1.0;
+        for (int i = 0; i < at.pieces; ++i) {
+            each_peak(rows, at, i, states[i].ends, value, [&](const Peak &peak) {
+                const double over = value[peak.row] - rows.margin[peak.row] + peak.rise;
+                if (peak.wall)
+                    wall = std::max(wall, over - rows.wall_margin - inwards);
+                else
+                    limit = std::max(limit, over - rows.limit_margin);
+            });
+            for (int row = rows.first[i] + rows.sampled(i / at.per_leg); row < rows.first[i + 1]; ++row)
+                wall = std::max(wall, value[row] - rows.wall_margin - inwards);
+        }
+    }
+
+    // Keep the curve if it is inside, or as little slower, or nearer to the last one of as many pieces, as it must be. What is tried next is lost.
+    void keep() {
+        if (anchor_.pieces != chain.pieces) anchor_.pieces = 0;
+        const double total = chain.total(), before = anchor_.pieces > 0 ? anchor_.total() : Settings::slowest * total, share = rows.share;
+        if (total >= Settings::shorter * before) return;
+        if (share == 1.0 && is_inside(chain, states_, value_.data())) return take(chain);
+        if (!chain.course.moving || chain.course.timed || objective.price > 0.0 || --wait_ > 0) return;
+        rows.ease(1.0);
+        double low = 1.0, high = Settings::shorter * before / total;
+        bool found = slowed(high);
+        while (found && high > Settings::barely * low) {
+            const double middle = std::sqrt(low * high);
+            (slowed(middle) ? high : low) = middle;
+        }
+        for (double part = 0.5; !found && anchor_.pieces > 0 && part > Settings::least_part; part *= 0.5) found = nearer(part);
+        rows.ease(share);
+        failed_ = found ? 0 : std::min(failed_ + 1, Settings::longest_wait);
+        wait_ = failed_;
+    }
+
+    // Whether the curve is inside when slowed by a factor; taken if so.
+    bool slowed(double factor) {
+        trial_.copy(chain);
+        trial_.slow(factor);
+        return tried();
+    }
+
+    // The same a part of the way to it from the last one that was.
+    bool nearer(double part) {
+        for (int i = 0; i < chain.pieces; ++i) trial_.sigma[i] = anchor_.sigma[i] + part * (chain.sigma[i] - anchor_.sigma[i]);
+        for (int j = 0; j < (chain.pieces + 1) * S::knot; ++j) trial_.w[j] = anchor_.w[j] + part * (chain.w[j] - anchor_.w[j]);
+        return tried();
+    }
+
+    bool tried() {
+        evaluate(trial_, trial_states_, trial_value_.data());
+        const bool inside_all = is_inside(trial_, trial_states_, trial_value_.data());
+        if (inside_all) take(trial_);
+        return inside_all;
+    }
+
+    void take(const Chain<S> &found) {
+        anchor_.copy(found);
+        if (inside.pieces == 0 || found.total() < inside.total()) inside.copy(found);
+    }
+
+    // Whether a curve is inside all rows without their margins, and at true peaks.
+    bool is_inside(const Chain<S> &at, const PieceState<S> *states, const double *value) const {
+        for (int j = 0; j < rows.count; ++j)
+            if (value[j] - rows.margin[j] > -Settings::well_inside) return false;
+        if (!at.course.moving) return true;  // slower flight mends what is between the samples
+        double wall, limit;
+        excess_of(at, states, value, 0.0, wall, limit);
+        return wall <= 0.0 && limit <= 0.0;
+    }
+
     static constexpr int together = Rows<S>::together, woken = -2;
 
-    Chain<S> trial_;
+    Chain<S> trial_, anchor_;  // what is tried, and the shortest curve inside of as many pieces as the chain has; of none before
     NewtonSystem<S> newton_;
     Filter filter_;
     Watch &watch_;
     Buffer<PieceState<S>> first_states_, second_states_;
     PieceState<S> *states_ = nullptr, *trial_states_ = nullptr;  // at the chain and at what is tried
+    int failed_ = 0, wait_ = 0;                                  // tries in a row that kept no curve, and steps until the next one
     double smooth_ = 0.0;                                        // the smooth objective at the chain
     double infeasibility_ = 0.0;                                 // sum of residuals there
     double barrier_ = 0.0;

@@ -30,11 +30,11 @@ public:
     ConditionTable<S::dim> legs, knots;
     Buffer<InstantLimit> limits;  // on all legs
     int limit_count = 0;
-    double eased[YawedRotors::values] = {};  // parameters of the rotors' limit, of which there is one
-    Buffer<std::int32_t> first;              // row of every piece, and their number
-    Buffer<double> margin;                   // (rows,) added to the value: frozen between changes of the barrier
-    Buffer<unsigned char> awake;             // (rows / together,)
-    Buffer<double> floor;                    // (pieces,) logarithms of durations that none goes below, where `floored`
+    double share = 1.0;           // of its inertia that the body has
+    Buffer<std::int32_t> first;   // row of every piece, and their number
+    Buffer<double> margin;        // (rows,) added to the value: frozen between changes of the barrier
+    Buffer<unsigned char> awake;  // (rows / together,)
+    Buffer<double> floor;         // (pieces,) logarithms of durations that none goes below, where `floored`
     bool floored = false;
     bool used[condition_orders] = {};  // orders of derivatives that conditions of legs and limits depend on
     int count = 0, regular = 0;        // rows, and those not of knots
@@ -48,6 +48,7 @@ public:
         for (std::int64_t k = 0; k < request.groups; ++k) used[request.cones[k].order] |= request.cones[k].at_knots == 0;
         for (int k = 0; k < limit_count; ++k) {
             limits[k] = InstantLimit(request.momentary[k]);
+            if (limits[k].kind == LimitKind::yawed_rotors) own_ = limits[k].parameters;
             for (int q = limits[k].span.low; q <= limits[k].span.high; ++q) used[q] = true;
         }
         return legs.build(request, false) && knots.build(request, true);
@@ -80,18 +81,14 @@ public:
     }
 
     // Whether the rotors are limited for a yaw that stays: then the body's inertia may be taken to be a share of its own, for a curve to begin from.
-    bool turns_hard() const {
-        for (int k = 0; k < limit_count; ++k)
-            if (limits[k].kind == LimitKind::yawed_rotors) return true;
-        return false;
-    }
-    void ease(const ShortestRequest &request, double share) {
+    bool turns_hard() const { return own_ != nullptr; }
+    void ease(double to) {
+        share = to;
         for (int k = 0; k < limit_count; ++k) {
             if (limits[k].kind != LimitKind::yawed_rotors) continue;
-            const double *own = request.momentary[k].parameters;
-            for (int j = 0; j < YawedRotors::values; ++j) eased[j] = own[j];
-            for (int j = 0; j < 9; ++j) eased[YawedRotors::inertia_at + j] *= share;
-            limits[k].parameters = eased;
+            for (int j = 0; j < YawedRotors::values; ++j) eased_[j] = own_[j];
+            for (int j = 0; j < 9; ++j) eased_[YawedRotors::inertia_at + j] *= share;
+            limits[k].parameters = share < 1.0 ? eased_ : own_;
         }
     }
 
@@ -281,6 +278,10 @@ public:
             if ((i + right) % chain.per_leg == 0 && !chain.course.any_free((i + right) / chain.per_leg, order))
                 numbers[right ? count_at - 1 : 0] = quiet;
     }
+
+private:
+    const double *own_ = nullptr;             // parameters of the rotors' limit for a yaw that stays, of which there is one
+    double eased_[YawedRotors::values] = {};  // the same for a body that is easy to turn
 };
 
 }  // namespace minsnap

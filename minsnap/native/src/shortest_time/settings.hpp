@@ -38,7 +38,7 @@ struct ShortestSettings {
     static constexpr int slowings = 15;                      // at the beginning, until limits on several derivatives are kept
     static constexpr double slowed = 1.1;                    // factor on time at which the search begins
     static constexpr double slowed_easy = 1.02;         // factor of each on the curve of that stage, and after the division that follows
-    static constexpr double slowest_easy = 10.0;        // factor on time beyond which no slower flight is tried
+    static constexpr double slowest = 10.0;             // factor on time beyond which no slower flight is tried
     static constexpr double slowed_again = 1.05;        // after a division
     static constexpr double eased = 1.03;               // from which a search with several pieces is repeated
     static constexpr double damping = 1e-3;             // first damping, in units of the metric
@@ -59,6 +59,10 @@ struct ShortestSettings {
     static constexpr double asleep = 0.3;          // how far inside all rows of a group are that sleeps, in widths
     static constexpr double woken = 0.1;           // how far inside a sleeping row is after a step that wakes it, in widths
     static constexpr double well_inside = 1e-3;    // how far inside a curve is that may be gone back to, in widths
+    static constexpr int longest_wait = 4;         // steps after which a curve outside is tried again to be brought inside
+    static constexpr double shorter = 0.999;       // share of the time of what is kept that a curve must be slowed to
+    static constexpr double least_part = 0.05;     // of the way from a curve inside to the next one, tried
+    static constexpr double barely = 1.01;         // factor on time to which that is found
     static constexpr double leak = 1e-9;           // excess that counts as none, in widths
 };
 

@@ -111,7 +111,7 @@ private:
         if (eases()) {
             const StageEnd end = eased();
             if (end != StageEnd::stuck) return end;
-            point_.rows.ease(request_, 1.0);
+            point_.rows.ease(1.0);
             begin();
         }
         return point_.begin(first_gap()) ? divided(false) : StageEnd::no_memory;
@@ -121,22 +121,21 @@ private:
 
     // From rest with a body that is easy to turn, inside all rows at every step; then its own, more slowly until it is inside again.
     StageEnd eased() {
-        point_.rows.ease(request_, Settings::easy);
+        point_.rows.ease(Settings::easy);
         if (!slow_until_inside(Settings::slowed)) return StageEnd::stuck;
         point_.within = true;
         if (!point_.begin(Settings::easy_gap)) return StageEnd::no_memory;
         const StageEnd end = point_.run(Settings::easy_end, true);
         point_.within = false;
-        point_.rows.ease(request_, 1.0);
-        point_.inside.pieces = 0;  // what was inside was not so of the vehicle's own rows
-        const bool inside = slow_until_inside(Settings::slowed_easy);
-        if (end == StageEnd::stopped || end == StageEnd::no_memory) return end;
-        return inside ? divided(true) : StageEnd::stuck;
+        point_.rows.ease(1.0);
+        if (end == StageEnd::no_memory || (end == StageEnd::stopped && !point_.begin(first_gap()))) return StageEnd::no_memory;
+        if (end == StageEnd::stopped) return end;
+        return slow_until_inside(Settings::slowed_easy) ? divided(true) : StageEnd::stuck;
     }
 
     // Slow the curve by factors until it is inside all rows; false where slower flight does not bring it there.
     bool slow_until_inside(double factor) {
-        const double most = Settings::slowest_easy * point_.chain.total();
+        const double most = Settings::slowest * point_.chain.total();
         for (; point_.begin(first_gap()) && point_.chain.total() < most; prepare()) {
             if (point_.largest() < -Settings::well_inside) return true;
             point_.chain.slow(factor);
@@ -224,43 +223,38 @@ private:
         return Status::no_progress;
     }
 
-    // The curve as it was when the search was ended from outside, or one inside before.
+    // The shortest curve inside where the search was ended from outside; where slower flight mends it for sure, or none was inside, the last one.
     Status stopped(ShortestAnswer &answer) {
-        retreat();
+        double wall, limit;
+        point_.excess(request_.inwards, wall, limit);
+        Chain<S> &chain = point_.chain, &inside = point_.inside;
+        const bool scales = request_.moving == 0, kept = wall <= Settings::leak && (scales || limit <= Settings::leak);
+        if (inside.pieces > 0 && !(kept && (scales || chain.total() <= inside.total()))) chain.copy(inside);
         write(answer);
         return Status::spent;
     }
 
-    // Slow a curve that is outside until it is inside, or go back to one that was; where slower flight mends it for sure it stays.
-    void retreat() {
-        constexpr double slowest = 1.5, step = 1.02;
-        double wall, limit;
-        point_.excess(request_.inwards, wall, limit);
-        if (wall <= Settings::leak && (request_.moving == 0 || limit <= Settings::leak)) return;
-        Chain<S> &chain = point_.chain, &inside = point_.inside;
-        const bool slows = request_.moving != 0 && request_.timed == 0;
-        const double most = inside.pieces > 0 ? inside.total() : slowest * chain.total();
-        best_.copy(chain);
-        for (; slows && chain.total() < most && point_.begin(Settings::last_gap); chain.slow(step))
-            if (point_.largest() <= -Settings::well_inside) return;
-        chain.copy(inside.pieces > 0 ? inside : best_);
-    }
-
     void write(ShortestAnswer &answer) const {
-        const Chain<S> &chain = point_.chain;
+        const Chain<S> &chain = point_.chain, &inside = point_.inside;
         answer.pieces = chain.per_leg;
         answer.iterations = point_.iterations;
         answer.total = chain.total();
+        write(chain, answer.durations, answer.points, answer.knots);
+        answer.inside = answer.inside_durations != nullptr && inside.pieces > 0 ? inside.per_leg : 0;
+        if (answer.inside > 0) write(inside, answer.inside_durations, answer.inside_points, answer.inside_knots);
+    }
+
+    void write(const Chain<S> &chain, double *durations, double *points, double *knots) const {
         PieceEnds<S> piece;
         for (int i = 0; i < chain.pieces; ++i) {
             chain.ends(i, piece);
             const PieceCurve<S> curve(piece);
-            answer.durations[i] = chain.course.timed ? request_.guess_durations[i] : piece.duration;
+            durations[i] = chain.course.timed ? request_.guess_durations[i] : piece.duration;
             for (int j = 0; j < S::ends; ++j)
-                for (int c = 0; c < S::dim; ++c) answer.points[(i * S::ends + j) * S::dim + c] = curve.points[0][j][c];
+                for (int c = 0; c < S::dim; ++c) points[(i * S::ends + j) * S::dim + c] = curve.points[0][j][c];
         }
         for (int k = 0; k <= chain.pieces; ++k)
-            world_knot(chain, k, chain.w.data() + (chain.course.closed && k == chain.pieces ? 0 : k) * S::knot, answer.knots + k * S::knot);
+            world_knot(chain, k, chain.w.data() + (chain.course.closed && k == chain.pieces ? 0 : k) * S::knot, knots + k * S::knot);
     }
 
     // Largest derivatives of the profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval.
