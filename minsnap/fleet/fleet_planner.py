@@ -264,11 +264,15 @@ def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
     """Return curves of little snap at a fixed time, or raise UnprovedError."""
     settings = replace(LAST, smoothness=1e-5, tau=0.02, iterations=200)
     for kind in TIMES.guesses:
-        curves = search.opening(seed, kind, time)
-        search.nearest = search.attempt(search.search_of(TIMES.fine), curves, time, settings)
-        if search.nearest.certified is not None and search.nearest.certified.time <= time * (1.0 + 1e-9):
-            search.best = replace(search.nearest.certified, time=time)
-            return search.least_snap(time) or search.best
+        search.inside = TIMES.inside[0]
+        while True:
+            curves = search.opening(seed, kind, time)
+            search.nearest = search.attempt(search.search_of(TIMES.fine), curves, time, settings)
+            if search.nearest.certified is not None and search.nearest.certified.time <= time * (1.0 + 1e-9):
+                search.best = replace(search.nearest.certified, time=time)
+                return search.least_snap(time) or search.best
+            if search.stopped() or not search.narrowed(search.nearest, settings):
+                break
         if search.stopped():
             break
     raise unproved_fleet(search, f" in {time:g} s", seed)

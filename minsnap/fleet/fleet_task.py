@@ -109,8 +109,8 @@ class FleetTask:
 
     @property
     def free_time(self) -> bool:
-        """Whether curves can be slowed down as a whole: nobody moves at the start, and nobody flies as he does."""
-        return not self.fixed and not any(map(self.moves, range(len(self))))
+        """Whether curves can be slowed down as a whole: all begin at rest, and nobody flies as he does, or is timed."""
+        return not self.fixed and not self.instants and not any(map(self.moves, range(len(self))))
 
     def moves(self, vehicle: int) -> bool:
         """Return whether a vehicle has another state than rest at the start."""

@@ -256,7 +256,7 @@ class TimeSearch:
             gain = best.time - certified.time if certified is not None else 0.0
             if certified is not None and gain > 0.0:
                 best = certified
-            elif self._narrowed(self.nearest, settings):
+            elif self.narrowed(self.nearest, settings):
                 search = self.search_of(samples)
                 continue
             else:
@@ -264,7 +264,7 @@ class TimeSearch:
             share = min(largest, TIMES.growth * share) if gain > TIMES.enough * aim else 0.5 * share
         return best
 
-    def _narrowed(self, tried: TimeTried, settings: Settings) -> bool:
+    def narrowed(self, tried: TimeTried, settings: Settings) -> bool:
         """Lower the limits of the search if curves kept them at samples and were refused; return whether it did."""
         reached = tried.outcome.over_by < settings.over_by and tried.outcome.short_by < settings.short_by
         if self.task.free_time or tried.certified is not None or not reached or self.inside < TIMES.inside[1]:

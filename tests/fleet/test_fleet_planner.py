@@ -424,6 +424,30 @@ def test_vehicles_are_at_their_waypoints_when_their_legs_say(durations, holds, t
     assert fleet.duration == pytest.approx(total or 5.5)
 
 
+@pytest.mark.parametrize("seed", [71, 74, 83])
+def test_random_missions_with_times_of_their_legs_keep_limits_that_bind_on_some_legs(seed):
+    """Curves at a limit between two samples were refused as a whole: 2 of 21 such missions."""
+    random, ways = np.random.default_rng(seed), []
+    count = int(random.integers(2, 7))
+    while len(ways) < count:
+        way = random.uniform(-4, 4, (int(random.integers(2, 5)), 3))
+        if all(min(np.linalg.norm(way[0] - one[0]), np.linalg.norm(way[-1] - one[-1])) > 0.8 for one in ways):
+            ways.append(way)
+    durations = [
+        None
+        if random.random() < 0.25
+        else np.maximum(np.linalg.norm(np.diff(way, axis=0), axis=1), 2.0) * random.uniform(1, 1.4, len(way) - 1)
+        for way in ways
+    ]
+    total = 1.05 * max([each.sum() for each in durations if each is not None] + [14])
+    fleet = minsnap.plan_fleet(ways, FREE, 0.4, durations=durations, total_time=total)
+    room = (np.full(3, -99.0), np.full(3, 99.0))
+    assert faults(fleet, ways, 2.0, 3.0, False, np.full(count, 0.2), 1.0, room, []) == []
+    for curve, way, seconds in zip(fleet, ways, durations, strict=True):
+        if seconds is not None:
+            assert curve(np.append(0.0, np.cumsum(seconds))) == pytest.approx(way, abs=1e-9)
+
+
 def test_one_vehicle_with_times_of_its_legs_is_its_plan():
     (one,) = minsnap.plan_fleet(LEGS[:1], FREE, durations=[(2.0, 3.5)])
     plan = minsnap.plan(LEGS[0], durations=(2.0, 3.5), limits=FREE, pieces="auto")
