@@ -147,8 +147,8 @@ NEAREST = 2.0
 PLOTS, CONTROLS = 250, 310
 """Widths of the panel of plots and of the panel of controls [pixels]."""
 
-NARROW = 900
-"""Width of a scene below which a page opens with the plots folded, so that the scene has most of it [pixels]."""
+NARROW = 1200
+"""Width of a window below which it opens with the plots folded, so that the scene has most of it [pixels]."""
 
 PHONE, SHEET = 576, 0.45
 """Width of a window in which the controls are a sheet at the lower edge [pixels], and its share of the height."""
