@@ -135,7 +135,7 @@ class Sequence:
         self._arm_by: float | None = None
         self._lacking: list[str] | None = None
         self._first_slot = 0
-        self._was_outside = False
+        self._was_outside = self._was_disarmed = False
         self._outside_since: float | None = None
         self._settled_since: float | None = None
         self._waited_since: float | None = None
@@ -212,8 +212,9 @@ class Sequence:
             self.phase = Phase.DONE
 
     def _leads(self, vehicle: VehicleState) -> bool:
-        """Return whether the vehicle follows our setpoints: it entered the mode during the stream, or is in flight."""
-        return self.phase is Phase.FLYING or (self._was_outside and self._autopilot.follows(vehicle))
+        """Return whether the vehicle follows our setpoints: flying, or in its mode or armed since the stream began."""
+        began_here = self._was_outside or (self._was_disarmed and vehicle.armed)
+        return self.phase is Phase.FLYING or (began_here and self._autopilot.follows(vehicle))
 
     def _on_the_ground(self, at: Conditions) -> bool:
         """Return whether its motors stand still, by a heartbeat later than the last command to arm: nothing is held."""
@@ -233,6 +234,7 @@ class Sequence:
             self.hold(self.reason, at)
 
     def _watch_mode(self, at: Conditions) -> None:
+        self._was_disarmed |= at.vehicle.disarmed
         if self._autopilot.follows(at.vehicle):
             self._outside_since = None
         elif self._outside_since is None:

@@ -101,7 +101,7 @@ class LogFlight(OwnsArrays):
     begin: float = 0.0
 
     def in_time_of_file(self, samples: Samples, duration: float) -> Samples:
-        """Return the part of samples of the log during the flight, in the file's time.
+        """Return the part of samples of the log during the flight, in the file's time and where the file lies.
 
         Raises
         ------
@@ -113,11 +113,7 @@ class LogFlight(OwnsArrays):
         if np.count_nonzero(kept) < 2:
             raise InputError(f"the log holds no positions during the flight that begins at {self.start:.3f} s")
         velocity = None if samples.velocity is None else samples.velocity[kept] / self.rate
-        return Samples(t[kept], samples.position[kept], velocity)
-
-    def moved(self, reference: Samples) -> Samples:
-        """Return the file shifted to the place where it was flown."""
-        return replace(reference, position=reference.position + self.shift)
+        return Samples(t[kept], samples.position[kept] - self.shift, velocity)
 
     def remarks(self, whole: float) -> list[str]:
         """Return a sentence for each respect in which it is no flight of the whole file, of a duration [s]."""
@@ -133,7 +129,7 @@ class LogFlight(OwnsArrays):
             sentences.append(f"its setpoints follow the file for {part}: that part is compared")
         if self.shift.any():
             shift = ", ".join(f"{value:.2f}" for value in self.shift)
-            sentences.append(f"it was flown ({shift}) m from where the file lies, and is compared there")
+            sentences.append(f"it was flown ({shift}) m from where the file lies, and is moved there")
         if abs(self.rate - 1.0) > 1e-3:
             drift = f"{100 * abs(self.rate - 1.0):.1f} % {'slow' if self.rate > 1.0 else 'fast'}"
             sentences.append(f"the log's clock runs {drift}: flown times are those of the file")
@@ -318,11 +314,11 @@ class ComparedFlight:
     comparison : Comparison
         Over the flight alone; lateness counts as error, and its delay is that of the vehicle.
     reference, flight : Samples
-        What was to be flown, where it was flown, and what was flown, both in the file's time.
+        What was to be flown, and what was flown, in the file's time and where the file lies.
     place : LogFlight or None
         Where in the log it is; None for a flight that is not from a log.
     sent : Samples or None
-        What was sent, where it was flown, if that is not the reference itself.
+        What was sent, if that is not the reference itself.
     """
 
     comparison: Comparison
@@ -378,9 +374,9 @@ def compare_in_log(
     reference, planned = replace(reference, lead=0.0), None if planned is None else replace(planned, lead=0.0)
     for match in find_flights(reference, setpoints):
         place = replace(match, start=match.start + lead / match.rate, lead=lead)
-        there, flight = place.moved(planned or reference), place.in_time_of_file(flown, reference.duration)
-        own = None if planned is None else place.moved(reference)
-        compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place, own))
+        wanted, flight = planned or reference, place.in_time_of_file(flown, reference.duration)
+        sent = None if planned is None else reference
+        compared.append(ComparedFlight(compare(wanted, flight, max_delay=max_delay), wanted, flight, place, sent))
     return compared
 
 

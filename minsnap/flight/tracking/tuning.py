@@ -184,16 +184,14 @@ def learn_from(
     assert last.place is not None
     if last.place.end is not None:
         raise InputError(f"{last.remarks()[0]}: tune learns from a whole flight")
-    there = replace(plan, position=plan.position + last.place.shift)
-    flown, delay = ComparedFlight(compare(there, last.flight), there, last.flight, last.place), last.comparison.delay
+    flown, delay = ComparedFlight(compare(plan, last.flight), plan, last.flight, last.place), last.comparison.delay
     settings = settings or LearningSettings()
     if flown.comparison.max_error > settings.lost:
         where = f"{flown.comparison.max_error:.3g} m from the plan at {flown.comparison.worst_instant:.2f} s"
         raise InputError(f"{log} has the vehicle {where}: a position in it is wrong")
     if jumps := jump_remarks(last.flight):
         raise InputError(f"{log}: {jumps[0]}, and tune would learn it")
-    back = replace(last.flight, position=last.flight.position - last.place.shift)
-    after = learned(plan, sent, back, max(0.0, delay), settings, limits)
+    after = learned(plan, sent, last.flight, max(0.0, delay), settings, limits)
     return TunedFlight(sent, flown, delay, after, Path(log))
 
 

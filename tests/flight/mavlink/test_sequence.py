@@ -108,13 +108,13 @@ def test_a_vehicle_that_is_disarmed_ends_the_flight_for_good(slots, completed):
     assert fly(world, sequence, 50) is None
 
 
-def climb(sequence, vehicle, slots, begin=0):
+def climb(sequence, vehicle, slots, begin=0, drift=0.0):
     """The commands that are sent to a vehicle a metre below its start, slot by slot."""
     x, y, z = TABLE.start.position
     sent = []
     for slot in range(begin, begin + slots):
         now = slot / RATE
-        seen = replace(vehicle, heard=now, heartbeat=now, position=(x, y, z + 1.0), positioned=now)
+        seen = replace(vehicle, heard=now, heartbeat=now, position=(x + drift, y, z + 1.0), positioned=now)
         step = sequence.step(Conditions(slot, now, seen, True))
         sent += [] if step is None else [command.command for command in step.commands]
     return sent
@@ -134,6 +134,22 @@ def test_a_climb_that_a_pilot_has_ended_is_not_begun_anew(stack, mode, taken):
     assert climb(sequence, replace(flown, **taken), 60, 190) == [] and sequence.phase is Phase.DONE
     assert sequence.reason in (f"the vehicle left {pilot.mode}", "the vehicle was disarmed")
     assert climb(sequence, flown, 60, 250) == []
+
+
+@pytest.mark.parametrize("before", [1, 129])
+def test_a_vehicle_that_was_armed_in_its_mode_lands_after_a_stop_in_its_climb(before):
+    """PX4 keeps OFFBOARD after a landing: armed in it, and blown off its start, it was left to PX4's failsafe."""
+    sequence = Sequence(TABLE, PX4, StreamOptions(trigger="now", arm=True, land=True), 0.0)
+    inside = VehicleState(1, 1, 12, before, OFFBOARD)
+    flown = replace(inside, base_mode=129)
+    assert climb(sequence, inside, 50) == ([400] if before == 1 else [])
+    assert climb(sequence, flown, 20, 50) == [] and sequence.phase is Phase.READY
+    sent = climb(sequence, flown, 60, 70, drift=1.5)
+    assert "more than the 1 m allowed" in sequence.reason
+    if before == 1:
+        assert set(sent) == {21} and sequence.phase is Phase.HOLDING and sequence.led
+    else:
+        assert sent == [] and sequence.phase is Phase.DONE and not sequence.led, "another program leads it"
 
 
 @pytest.mark.parametrize("drift", [0.0, 0.3])

@@ -79,11 +79,13 @@ def test_lateness_stays_an_error_and_is_told_apart():
     assert one.remarks() == ["the log's clock runs 1.3 % slow: flown times are those of the file"]
 
 
-def test_a_flight_from_another_origin_is_compared_there():
+def test_a_flight_from_another_origin_is_compared_where_the_file_lies():
     setpoints, flown = log_of([9.0], shift=(3.0, 1.0, 0.0))
     (one,) = compare_in_log(FILE_IN_AIR, setpoints, flown)
     assert one.comparison.rmse_3d < 0.02
-    assert one.remarks() == ["it was flown (3.00, 1.00, 0.00) m from where the file lies, and is compared there"]
+    assert one.remarks() == ["it was flown (3.00, 1.00, 0.00) m from where the file lies, and is moved there"]
+    assert np.abs(one.reference.position - FILE_IN_AIR.position).max() == 0.0
+    assert np.abs(np.median(one.flight.position, axis=0) - np.median(FILE_IN_AIR.position, axis=0)).max() < 0.1
 
 
 def test_a_constant_offset_of_more_than_a_metre_is_said():
