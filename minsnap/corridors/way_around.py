@@ -217,12 +217,20 @@ class FreeCells:
 
     def beside(self, point: FloatArray) -> IntArray | None:
         """Return the free cell nearest to a point from which a straight line leads to it."""
-        cells = np.argwhere(self.free)
-        apart = ((self.center(cells) - point) ** 2).sum(axis=1)
-        nearest = np.argsort(apart, kind="stable")[: AROUND.tried]
-        lines = np.stack((np.broadcast_to(point, (len(nearest), self.dim)), self.center(cells[nearest])), axis=1)
-        seen = nearest[clear_lines(self.kept, lines, 0.0)] if len(lines) else nearest
-        return np.asarray(cells[seen[0]]) if len(seen) else None
+        cells = self._nearest_free(point)
+        lines = np.stack((np.broadcast_to(point, cells.shape), self.center(cells)), axis=1)
+        seen = cells[clear_lines(self.kept, lines, 0.0)] if len(lines) else cells
+        return np.asarray(seen[0]) if len(seen) else None
+
+    def _nearest_free(self, point: FloatArray) -> IntArray:
+        """Return the free cells nearest to a point, those that are tried, in order."""
+        axes = [self.lower[d] + self.size * (np.arange(count) + 0.5) for d, count in enumerate(self.free.shape)]
+        squares = np.ix_(*((axis - point[d]) ** 2 for d, axis in enumerate(axes)))
+        apart = np.asarray(sum(squares))[self.free]
+        farthest = np.partition(apart, AROUND.tried)[AROUND.tried] if len(apart) > AROUND.tried else np.inf
+        near = np.flatnonzero(apart <= farthest)
+        nearest = near[np.argsort(apart[near], kind="stable")[: AROUND.tried]]
+        return np.stack(np.unravel_index(np.flatnonzero(self.free)[nearest], self.free.shape), axis=1)
 
     def _straightened(self, points: FloatArray) -> FloatArray:
         """Leave out corners where a straight line is as clear."""

@@ -122,14 +122,16 @@ def _quicker(
         return found
     kept, tried = Kept.of(obstacles, task.dim), 0
     for leg, way in enumerate(list(ways)):
-        if len(way) < 3:
+        if len(way) < 3 or timing.in_time(task).deadline.late:
             continue
         grid = cells_around(kept, way[0], way[-1], _inside(task, leg))
         cells = grid.free, grid.lower, np.full(grid.dim, grid.size)
-        for other in other_ways(*cells, way, found.trajectory, partial(grid.way_within, way[0], way[-1])):
+        others = other_ways(*cells, way, found.trajectory, partial(grid.way_within, way[0], way[-1]))
+        while tried < OTHER_WAYS.bends and not timing.in_time(task).deadline.late:
+            other = next(others, None)
+            if other is None:
+                break
             tried += 1
-            if tried > OTHER_WAYS.bends or timing.in_time(task).deadline.late:
-                return found
             changed = [*ways[:leg], other, *ways[leg + 1 :]]
             parts = max(len(each) - 1 for each in changed)
             try:

@@ -426,7 +426,7 @@ def test_vehicles_are_at_their_waypoints_when_their_legs_say(durations, holds, t
 
 @pytest.mark.parametrize("seed", [71, 74, 83])
 def test_random_missions_with_times_of_their_legs_keep_limits_that_bind_on_some_legs(seed):
-    """Curves at a limit between two samples were refused as a whole: 2 of 21 such missions."""
+    """Curves at a limit between two samples were refused as a whole: 2 of 29 such missions."""
     random, ways = np.random.default_rng(seed), []
     count = int(random.integers(2, 7))
     while len(ways) < count:
