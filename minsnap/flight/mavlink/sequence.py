@@ -301,7 +301,7 @@ class Sequence:
             return f"it refused {at.vehicle.refusal}{failed}{reasons}"
         if not self._autopilot.follows(at.vehicle):
             return f"it is not in {self._autopilot.mode}"
-        return self.waits_for(at.vehicle) or "it is not armed"
+        return self.waits_for(at.vehicle) or ("it came to it too late" if at.vehicle.armed else "it is not armed")
 
     def waits_for(self, vehicle: VehicleState) -> str | None:
         """Return the reason why the flight of a vehicle in its mode does not begin yet, or None."""

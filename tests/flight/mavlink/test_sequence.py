@@ -136,6 +136,16 @@ def test_a_climb_that_a_pilot_has_ended_is_not_begun_anew(stack, mode, taken):
     assert climb(sequence, flown, 60, 250) == []
 
 
+def test_a_vehicle_that_is_at_its_start_too_late_is_not_said_to_be_disarmed():
+    sequence = Sequence(TABLE, PX4, StreamOptions(trigger="now", arm=True, wait=2.0), 0.0)
+    x, y, z = TABLE.start.position
+    for slot in range(90):
+        now, drift = slot / RATE, 0.4 if slot < 70 else 0.0
+        seen = VehicleState(1, 1, 12, 129, OFFBOARD, now, now, (x + drift, y, z), (0.0, 0.0, 0.0), now)
+        sequence.step(Conditions(slot, now, seen, True))
+    assert "at the start in time: it came to it too late" in sequence.reason
+
+
 @pytest.mark.parametrize("before", [1, 129])
 def test_a_vehicle_that_was_armed_in_its_mode_lands_after_a_stop_in_its_climb(before):
     """PX4 keeps OFFBOARD after a landing: armed in it, and blown off its start, it was left to PX4's failsafe."""
