@@ -87,9 +87,9 @@ class PlanRequest:
         return replace(self, corridor=with_walls(self.corridor, *walls))
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of ``plan`` that are set."""
+        """Return the waypoints, or None, and the other arguments of ``plan`` that are set."""
         values = vars(self) | {"avoid": self.avoid or None}
-        return {name: value for name, value in values.items() if value is not None}
+        return {name: value for name, value in values.items() if value is not None or name == "waypoints"}
 
 
 def plan_arguments(named: Mapping[str, Any]) -> dict[str, Any]:

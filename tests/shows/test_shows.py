@@ -156,7 +156,7 @@ def test_a_show_too_long_for_the_vehicles_says_what_fits(show_file, tmp_path, ca
     show_file.write_text(SHOW + "".join(ring.replace("turn: 0", f"turn: {30 * (i % 2)}") for i in range(30)))
     assert run("fleet", show_file, "-o", tmp_path / "out", "--to", "crazyswarm2") == 2
     said = capsys.readouterr().err
-    assert re.search(r"\d+ pieces, at least, do not fit the Crazyflie's memory of 31: write it --to traj, ", said)
+    assert re.search(r"\d+ pieces, at least, do not fit the Crazyflie's memory of 31: write it --to csv, ", said)
     assert not (tmp_path / "out").exists() and len(said.splitlines()) == 1, "before anything was planned"
 
 
