@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from minsnap.planning import PlanRequest
     from minsnap.vehicle import Loop
 
+BESIDE_LINES = 0.1
+"""Distance from the lines of a mission from which on it is told [m]."""
+
 QUICK = 1000.0
 """Longest search for a lap after which laps from a standing start are searched for, too [ms]."""
 
@@ -146,6 +149,7 @@ def plan(
     figures = standing(lambda: planned(closed=False), path) if request.closed and request.durations is None else {}
     how: dict[str, Any] = {"limits": request.limits, "further": figures, "avoid": request.avoid, "gates": read.gates}
     how |= {"tolerance": request.waypoint_tolerance} | known | in_loop
+    how["note"] = "; ".join(filter(None, (known.get("note"), _beside_lines(file, path, request))))
     destination.deliver(path, walls, request.waypoints, **how)
 
 
@@ -162,6 +166,21 @@ def _in_frame(request: FileRequest, file: Path, frame: str | None) -> FileReques
     if frame is not None and is_mission(file):
         raise InputError(f"{file} is a mission by latitude and longitude: leave out --from-frame {frame}")
     return request if frame is None else in_enu(request, frame)
+
+
+def _beside_lines(file: Path, path: minsnap.Trajectory, request: PlanRequest) -> str:
+    """Return a note on how far a mission's path leaves the lines between its waypoints, if nothing holds it there."""
+    from minsnap.files import is_mission
+
+    if request.corridor or not is_mission(file):
+        return ""
+    points = path.control_points.reshape(-1, path.dim)
+    wide = 1.0 + 2.0 * float((points.max(axis=0) - points.min(axis=0)).max())
+    margin = minsnap.certify(path, request.waypoints, corridor=wide).corridor_margin
+    if margin is None or wide - margin < BESIDE_LINES:
+        return ""
+    beside = f"the path leaves the lines between waypoints by up to {wide - margin:.2f} m"
+    return f"{beside}: --corridor 0.5 keeps it within half a metre"
 
 
 def _of_mission(file: Path, origin: options.Triple | None) -> dict[str, Any]:

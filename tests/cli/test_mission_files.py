@@ -1,6 +1,7 @@
 """Missions by latitude and longitude on the command line: in and out."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -79,3 +80,22 @@ def test_changes_of_speed_bound_their_legs(call, tmp_path):
     assert (np.array(greatest) <= np.array([3.0, 1.5, 5.0]) + 1e-6).all() and greatest[2] > 3.0
     course = call("plan", "m.waypoints", "--land")
     assert "a course has one speed: those of the legs are left out" in course.stdout
+
+
+def test_how_far_a_mission_leaves_its_lines_is_told_where_nothing_holds_it_there(call, tmp_path):
+    (tmp_path / "m.waypoints").write_text(SPEEDS)
+    done = call("plan", "m.waypoints", "-o", "free.json")
+    told = float(re.search(r"leaves the lines between waypoints by up to ([\d.]+) m", done.stdout)[1])
+    path, points = (
+        minsnap.files.convert.read_any(tmp_path / "free.json"),
+        minsnap.read_waypoints(tmp_path / "m.waypoints"),
+    )
+    places = np.array(points.points)
+    ends = path.leg_breaks
+    apart = []
+    for leg, (here, there) in enumerate(zip(places[:-1], places[1:], strict=True)):
+        along = path(np.linspace(ends[leg], ends[leg + 1], 2001)) - here
+        share = np.clip(along @ (there - here) / ((there - here) @ (there - here)), 0.0, 1.0)
+        apart.append(np.linalg.norm(along - share[:, None] * (there - here), axis=1).max())
+    assert told == pytest.approx(max(apart), abs=0.006) and told > 0.1
+    assert "leaves the lines" not in call("plan", "m.waypoints", "--corridor", 0.5).stdout
