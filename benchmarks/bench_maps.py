@@ -93,7 +93,7 @@ if __name__ == "__main__":
         obstacles, start, goal = trunks(name), np.zeros(2), np.array((far, 0.0))
         kept = Kept(numbers_of(obstacles), np.zeros((0, 2)), CLEARANCE)
         (looked,), (way,) = least_times([partial(way_around, kept, start, goal)], 0.0)
-        laid, _ = least_times([partial(polytopes_along, way, *kept)], 0.0)
+        laid, _ = least_times([partial(polytopes_along, way, kept.obstacles, kept.points, kept.clearance)], 0.0)
         whole = partial(minsnap.routes.plan_through, obstacles, start, goal, CLEARANCE, limits=limits, pieces="auto")
         (seconds,), (route,) = least_times([whole], 0.0)
         flown = f"{len(obstacles)} trunks, flight {route.duration:.3f} s, {route.distance:.3f} m clear"
