@@ -25,7 +25,7 @@ _ELSEWHERE = {
     "simulate": "minsnap.flight.simulate",
     "Quadrotor": "minsnap.vehicle.Quadrotor",
     **dict.fromkeys(("write_json", "write_yaml", "save", "write"), "plan.save('file.json')"),
-    **dict.fromkeys(("read_json", "read_plan", "load", "read"), "minsnap.files.convert.read_any('file.json')"),
+    **dict.fromkeys(("read_json", "read_plan", "load", "read"), "minsnap.files.read_any('file.json')"),
     "Sphere": "minsnap.Ellipsoid(center, (r, r, r))",
     "Box": "minsnap.Cuboid(lower, upper) to avoid, minsnap.Room(lower, upper) to stay in",
     "Obstacle": "minsnap.Cylinder, minsnap.Ellipsoid or minsnap.Cuboid",

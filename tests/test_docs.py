@@ -199,6 +199,16 @@ def test_names_that_the_root_had_in_the_last_version_warn_at_the_users_line():
         assert told[0].filename == __file__
 
 
+def test_what_is_said_in_place_of_other_names_is_there():
+    """One named a function by the module that it is in, which no import had loaded."""
+    told = re.findall(r"minsnap((?:\.\w+)+)", "\n".join(minsnap._ELSEWHERE.values()))
+    assert len(told) > 10
+    for names in told:
+        found = minsnap
+        for name in names[1:].split("."):
+            found = getattr(found, name)
+
+
 def test_every_command_has_an_example_that_it_takes(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
     pages = importlib.import_module("command_pages")

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FileError
@@ -126,4 +127,19 @@ def _navigator(where: str, content: Mapping[str, Any]) -> dict[str, Any]:
     yaw: dict[str, Any] = {"yaw": "velocity"} if mode == "auto" else {}
     if mode == "manual" and isinstance(headings, Sequence):
         yaw = {"yaw": [radians(angle) for angle in headings]}
-    return {"waypoints": points.tolist(), **({"limits": limits} if limits else {}), **yaw}
+    return {"waypoints": _with_waits(where, points, content), **({"limits": limits} if limits else {}), **yaw}
+
+
+def _with_waits(where: str, points: FloatArray, content: Mapping[str, Any]) -> list[Any]:
+    """Return the places of waypoint_navigator, at rest at inner ones for their waiting times."""
+    waits = content.get("waiting_time")
+    waits = (
+        [0.0] * len(points) if waits is None else list(waits) if isinstance(waits, Sequence) else [waits] * len(points)
+    )
+    if len(waits) != len(points) or not all(is_number(wait) and wait >= 0.0 for wait in waits):
+        raise FileError(f"{where}: waiting_time is {shown(waits)}: give a time for each of {len(points)} places [s]")
+    held = [0.0, *waits[1:-1], 0.0]
+    return [
+        dict(zip("xyz", place, strict=True)) | {"hold": float(wait)} if wait else place
+        for place, wait in zip(points.tolist(), held, strict=False)
+    ]

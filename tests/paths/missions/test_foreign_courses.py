@@ -68,6 +68,8 @@ def test_places_of_waypoint_navigator(read):
         (TOGT.replace("RectanglePrisma", "Cone"), "RectanglePrisma and SingleBall are read"),
         (TOGT.replace("orders: [Gate1, Ball]", "orders: [Gate7]"), "Gate7 is None: give its type"),
         (ENU.replace("easting: [0, 3, 3]", "easting: [0, 3]"), "give as many of each"),
+        (ENU + "waiting_time: [0, 5]\n", "waiting_time is .*: give a time for each of 3 places"),
+        (ENU + "waiting_time: [0, -5, 0]\n", "waiting_time is .*: give a time for each of 3 places"),
     ],
 )
 def test_what_is_malformed_is_one_sentence(tmp_path, text, said):
@@ -102,3 +104,10 @@ def test_take_off_and_landing_have_speeds_of_their_own():
     assert lengths[1][0] < 0.6 * lengths[0][0] and lengths[1][2] < 0.4 * lengths[0][2]
     with pytest.raises(minsnap.errors.WaypointError, match="and land is not planned: give both"):
         minsnap.Course(stops, land_speed=1.0)
+
+
+def test_waiting_times_are_holds(read):
+    """They were left out without a word."""
+    waits = read(ENU + "waiting_time: [0, 5, 0]\n")
+    assert [stop.hold for stop in waits.stops] == [0.0, 5.0, 0.0]
+    assert [stop.hold for stop in read(ENU + "waiting_time: 2.5\n").stops] == [0.0, 2.5, 0.0]
