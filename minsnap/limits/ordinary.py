@@ -83,10 +83,12 @@ def ordinary_room(points: ArrayLike) -> tuple[list[float], list[float]]:
     """Return the floor and the ceiling of ordinary flight through waypoints of shape (n, 3), as two corners [m].
 
     A path within a small tilt alone would climb a hundred metres: thrust is what turns the tilt into acceleration.
+    Waypoints above 0, which is the ground as a rule, are flown above it: a way around a box would lead under it.
     """
     where = check_waypoints(points)
     beyond = max(HEIGHT, 0.5 * float(np.ptp(where, axis=0).max()))
-    low, high = float(where[:, 2].min()) - beyond, float(where[:, 2].max()) + beyond
+    lowest, high = float(where[:, 2].min()), float(where[:, 2].max()) + beyond
+    low = max(lowest - beyond, 0.0) if lowest > 0.0 else lowest - beyond
     return [-np.inf, -np.inf, low], [np.inf, np.inf, high]
 
 

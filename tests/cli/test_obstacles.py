@@ -67,7 +67,7 @@ def test_check_and_simulate_say_each_margin_of_a_plan(call, plan):
         "corridor of 2 m inside by",
         "obstacles clear by",
         "waypoints",
-        "limit jerk 100",
+        "limit jerk",
         "limit acceleration",
     ):
         assert words in checked, checked
@@ -100,3 +100,12 @@ def test_a_rectangle_says_how_near_it_comes_to_an_obstacle(call):
     said = json.loads(done.stdout)
     assert 0.0 <= said["obstacle_distance"] < 1.0 and said["obstacle"] == 0
     assert call("check", "r.json").returncode == 0
+
+
+def test_a_box_on_the_ground_is_passed_above_it(call, tmp_path):
+    """The room of ordinary flight had a floor below the ground, and the way beneath the box was the shortest."""
+    (tmp_path / "box.yaml").write_text(
+        "waypoints: [[0, 0, 1], [5, 0, 1]]\navoid: [{cuboid: [[2, -1, 0], [3, 1, 3]]}]\n"
+    )
+    assert call("plan", "box.yaml", "-o", "box.csv").returncode == 0
+    assert minsnap.read_csv(tmp_path / "box.csv").position[:, 2].min() >= 0.0
