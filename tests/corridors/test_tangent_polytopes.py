@@ -169,7 +169,9 @@ def test_points_of_a_cloud_count_where_they_are_as_near_as_the_reach():
     share = np.clip((points - path[0]) @ (path[1] - path[0]) / ((path[1] - path[0]) ** 2).sum(), 0.0, 1.0)
     gaps = np.linalg.norm(points - path[0] - share[:, None] * (path[1] - path[0]), axis=1)
     found = tangent_planes(path, np.zeros((0, 13)), points, clearance, reach)
-    near = tangent_planes(path, np.zeros((0, 13)), points[gaps <= 2.0 * reach + clearance], clearance, reach)
+    balls = np.zeros((len(points), 13))
+    balls[:, :3], balls[:, 3:6], balls[:, 7:10], balls[:, 10:] = points, 1.0, -np.inf, np.inf
+    near = tangent_planes(path, balls, points[:0], clearance, reach)  # balls without extent are measured by themselves
     assert found.nearest[0] == gaps.argmin() and found.distance[0] == pytest.approx(gaps.min(), abs=1e-9)
     assert (found.sets[0][0] == near.sets[0][0]).all() and (found.sets[0][1] == near.sets[0][1]).all()
     assert len(near.sets[0][0]) > 6
