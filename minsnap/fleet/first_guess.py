@@ -80,11 +80,7 @@ def guess(task: FleetTask, pieces: int, seed: int, kind: int) -> FloatArray:
     curves = np.concatenate([_through(task, vehicle, pieces) for vehicle in range(len(task))])
     flat = bool(np.ptp(np.concatenate((task.starts, task.goals))[:, 2]) <= 0.2 * np.ptp(task.starts[:, :2]))
     offsets = _offsets(task, flat if kind % 2 == 0 else not flat, 1 + kind // 2, seed)
-    pinned = [
-        len(points) > 2 or bool(task.holds_of(i).any()) or task.instants_of(i) is not None
-        for i, points in enumerate(task.waypoints)
-    ]
-    offsets[pinned] = 0.0  # these are where they are on their way
+    offsets[[task.is_pinned(vehicle) for vehicle in range(len(task))]] = 0.0  # these are where they are on their way
     return np.asarray(curves + bump(task.shares_of(pieces))[None, :, :, None] * offsets[:, None, None, :])
 
 
@@ -104,7 +100,7 @@ def _offsets(task: FleetTask, bends: bool, times: int, seed: int) -> FloatArray:
 def _through(task: FleetTask, vehicle: int, pieces: int) -> FloatArray:
     """Return curves of one vehicle, (1, pieces + 1, 4, 3), through its waypoints at knots of their own."""
     points, knots = task.waypoints[vehicle], task.knots_of(vehicle, pieces)
-    if len(points) == 2 and not task.holds_of(vehicle).any() and task.instants_of(vehicle) is None:
+    if not task.is_pinned(vehicle):
         return straight(points[:1], points[1:], task.shares_of(pieces))
     instants, data = task.shares_of(pieces) * pieces, np.zeros((pieces + 1, 4, 3))
     ends = np.unique([0, *np.flatnonzero(knots[:, 1] > knots[:, 0]), len(points) - 1])

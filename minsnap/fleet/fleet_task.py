@@ -125,6 +125,11 @@ class FleetTask:
         """Return when a vehicle arrives at its waypoints and leaves them, shape (n_i, 2) [s]; None where it is free."""
         return self.instants[vehicle] if self.instants else None
 
+    def is_pinned(self, vehicle: int) -> bool:
+        """Return whether a vehicle is at places of its own on its way: it passes some, rests, or is timed."""
+        timed = self.instants_of(vehicle) is not None
+        return timed or len(self.waypoints[vehicle]) > 2 or bool(self.holds_of(vehicle).any())
+
     def shares_of(self, pieces: int) -> FloatArray:
         """Return the instants of knots in units of the flight time, shape (pieces + 1,)."""
         return knot_shares(pieces) if self.shares is None else self.shares
@@ -225,7 +230,7 @@ class FleetTask:
         """Return the least time within the speed and acceleration limits: a trapezoid along the way [s]."""
         steps = np.diff(self.waypoints[vehicle], axis=0)
         table, at_rest = self.limit_table[vehicle], not self.moves(vehicle)
-        both = zip(_ways(steps), table[0], table[1], strict=True)
+        both = zip(ways_by_norm(steps), table[0], table[1], strict=True)
         flying = max(trapezoid(way, float(v), float(a) if at_rest else inf) for way, v, a in both)
         return flying + float(self.holds_of(vehicle).sum())
 
@@ -242,17 +247,16 @@ class FleetTask:
         the slowest by their lengths have a bound that knows the bends.
         """
         least = self.bounds.copy()
-        for vehicle in np.argsort(-self.bounds, kind="stable").tolist():
-            points = self.waypoints[vehicle]
+        for vehicle, points in enumerate(self.waypoints):
             if len(points) == 2 and not self.moves(vehicle):
                 table = np.minimum(self.limit_table[vehicle], self.limit_table[vehicle, :, 3:4])  # no axis is beyond
-                each = zip(_ways(np.diff(points, axis=0)), *table[:3].tolist(), strict=True)
+                each = zip(ways_by_norm(np.diff(points, axis=0)), *table[:3].tolist(), strict=True)
                 flying = max(trapezoid(*limited) for limited in each)
                 least[vehicle] = flying + float(self.holds_of(vehicle).sum())
+        if self.limits is None:
+            return least
         legs = [vehicle for vehicle in np.argsort(-self.bounds, kind="stable") if len(self.waypoints[vehicle]) > 2]
         for vehicle in legs[:BOUNDED]:
-            if self.limits is None:
-                break
             start = {DERIVATIVES[order]: value for order, value in self.states[vehicle].items()}
             with suppress(WaypointError, LimitError):
                 known = least_time(self.waypoints[vehicle], self.limits[vehicle], start=start or None).seconds or 0.0
@@ -260,7 +264,7 @@ class FleetTask:
         return least
 
 
-def _ways(steps: FloatArray) -> list[float]:
+def ways_by_norm(steps: FloatArray) -> list[float]:
     """Return the lengths of steps (n, 3) along each axis, in space, and seen from above [m]."""
     norms = (steps, steps[:, :2])
     return [*np.abs(steps).sum(axis=0).tolist(), *(float(np.sqrt((each**2).sum(axis=1)).sum()) for each in norms)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, sqrt
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,8 @@ from minsnap.basics.arrays import FloatArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, TimingError
-from minsnap.fleet.fleet_task import FleetTask, knot_shares, one_each, trapezoid
+from minsnap.fleet.fleet_task import FleetTask, knot_shares, one_each, ways_by_norm
+from minsnap.limits.trapezoid import trapezoid_time
 
 SAME = 1e-9
 """Instants are the same if they differ by less, in units of the flight time."""
@@ -71,23 +72,16 @@ def least_times_of_legs(task: FleetTask, vehicle: int) -> list[float]:
     rests[[0, -1]] = not task.moves(vehicle), True
     least = []
     for leg, step in enumerate(np.diff(points, axis=0)):
-        ways = [*np.abs(step), float(np.sqrt(step @ step)), float(np.sqrt(step[:2] @ step[:2]))]
-        both = zip(ways, table[0].tolist(), table[1].tolist(), strict=True)
-        least.append(max(_least(float(way), v, a, int(rests[leg]) + int(rests[leg + 1])) for way, v, a in both))
+        both = zip(ways_by_norm(step[None]), table[0].tolist(), table[1].tolist(), strict=True)
+        least.append(max(_least(way, v, a, int(rests[leg]) + int(rests[leg + 1])) for way, v, a in both))
     return least
 
 
 def _least(way: float, speed: float, acceleration: float, rests: int) -> float:
-    """Return the least time along a way with so many ends at rest [s]."""
-    if way == 0.0 or (speed == inf and (acceleration == inf or rests == 0)):
-        return 0.0
-    if rests == 2:
-        return trapezoid(way, speed, acceleration)
-    if rests == 0 or acceleration == inf:
-        return way / speed
-    if speed == inf or 2.0 * way * acceleration < speed * speed:
-        return sqrt(2.0 * way / acceleration)
-    return way / speed + 0.5 * speed / acceleration
+    """Return the least time along a way with so many ends at rest [s]: with one, half of that of twice the way."""
+    if rests == 0:
+        return trapezoid_time(way, speed, inf)
+    return 0.5 * rests * trapezoid_time(2.0 / rests * way, speed, acceleration)
 
 
 def with_knots(task: FleetTask, pieces: int) -> FleetTask:

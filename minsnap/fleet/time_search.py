@@ -218,11 +218,8 @@ class TimeSearch:
         """Whether vehicles with corridors are proved to be inside of them."""
         for vehicle, boxes in enumerate(self.task.corridors):
             if boxes is not None:
-                curve, leg = (
-                    flown(curves[vehicle : vehicle + 1], 1.0, self.shares)[0],
-                    self.task.legs_of(vehicle, self.pieces),
-                )
-                if legs_left(boxes, curve, leg):
+                (curve,) = flown(curves[vehicle : vehicle + 1], 1.0, self.shares)
+                if legs_left(boxes, curve, self.task.legs_of(vehicle, self.pieces)):
                     return False
         return True
 
