@@ -149,7 +149,7 @@ def plan(
     figures = standing(lambda: planned(closed=False), path) if request.closed and request.durations is None else {}
     how: dict[str, Any] = {"limits": request.limits, "further": figures, "avoid": request.avoid, "gates": read.gates}
     how |= {"tolerance": request.waypoint_tolerance} | known | in_loop
-    how["note"] = "; ".join(filter(None, (known.get("note"), _beside_lines(file, path, request))))
+    how["note"] = "; ".join(filter(None, (known.get("note"), _beside_lines(file, path, walls, request.waypoints))))
     destination.deliver(path, walls, request.waypoints, **how)
 
 
@@ -168,15 +168,15 @@ def _in_frame(request: FileRequest, file: Path, frame: str | None) -> FileReques
     return request if frame is None else in_enu(request, frame)
 
 
-def _beside_lines(file: Path, path: minsnap.Trajectory, request: PlanRequest) -> str:
-    """Return a note on how far a mission's path leaves the lines between its waypoints, if nothing holds it there."""
+def _beside_lines(file: Path, path: minsnap.Trajectory, walls: Any, waypoints: Any) -> str:
+    """Return a note on how far a mission's path leaves the lines between its waypoints, if no walls hold it there."""
     from minsnap.files import is_mission
 
-    if request.corridor or not is_mission(file):
+    if walls or not is_mission(file):
         return ""
     points = path.control_points.reshape(-1, path.dim)
     wide = 1.0 + 2.0 * float((points.max(axis=0) - points.min(axis=0)).max())
-    margin = minsnap.certify(path, request.waypoints, corridor=wide).corridor_margin
+    margin = minsnap.certify(path, waypoints, corridor=wide).corridor_margin
     if margin is None or wide - margin < BESIDE_LINES:
         return ""
     beside = f"the path leaves the lines between waypoints by up to {wide - margin:.2f} m"

@@ -82,8 +82,10 @@ def test_changes_of_speed_bound_their_legs(call, tmp_path):
     assert "a course has one speed: those of the legs are left out" in course.stdout
 
 
-def test_how_far_a_mission_leaves_its_lines_is_told_where_nothing_holds_it_there(call, tmp_path):
-    (tmp_path / "m.waypoints").write_text(SPEEDS)
+@pytest.mark.parametrize("speeds", [True, False])
+def test_how_far_a_mission_leaves_its_lines_is_told_where_nothing_holds_it_there(call, tmp_path, speeds):
+    rows = [row for row in SPEEDS.splitlines() if speeds or " 178 " not in row]
+    (tmp_path / "m.waypoints").write_text("\n".join(rows) + "\n")
     done = call("plan", "m.waypoints", "-o", "free.json")
     told = float(re.search(r"leaves the lines between waypoints by up to ([\d.]+) m", done.stdout)[1])
     path, points = (
