@@ -53,7 +53,6 @@ from minsnap.paths.missions.foreign_courses import translated
 from minsnap.paths.missions.race_track import translated_track
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.look_at import LookAt
-from minsnap.trajectory.planned_heading import Yaw
 from minsnap.trajectory.velocity_heading import Velocity
 
 LEAN = tan(radians(1.0))
@@ -258,9 +257,21 @@ class Course:
         return boxes if self.tube is None else [*boxes, Tube(np.array(self.tube))]
 
     @property
-    def ruled_yaw(self) -> Yaw:
-        """The heading, where each part of the course can have it: one angle or a rule; others are for all of it."""
-        return self.yaw if isinstance(self.yaw, (str, Velocity, LookAt)) or is_number(self.yaw) else None
+    def request(self) -> PlanRequest:
+        """How parts of the course are planned, which have their own places, and further walls.
+
+        Its heading is one angle or a rule; others are for all of the course.
+        """
+        ruled = isinstance(self.yaw, (str, Velocity, LookAt)) or is_number(self.yaw)
+        return PlanRequest(
+            waypoints=None,
+            limits=self.bounds,
+            corridor=self.walls or None,
+            degree=self.degree,
+            yaw=self.yaw if ruled else None,
+            pieces=self.pieces,
+            avoid=self.obstacles,
+        )
 
     def changed(self, **others: Any) -> Course:
         """Return the course with other fields."""
@@ -323,18 +334,8 @@ def section_of(stops: Sequence[Stop], course: Course, closed: bool) -> Section:
     if closed:
         places[-1] = places[0]
     tolerance = Ball(balls) if any(balls) else course.tolerance or None
-    request = PlanRequest(
-        waypoints=places,
-        closed=closed,
-        waypoint_tolerance=tolerance,
-        degree=course.degree,
-        pieces=course.pieces,
-        avoid=course.obstacles,
-        limits=course.bounds,
-        corridor=walls or None,
-        yaw=course.ruled_yaw,
-    )
-    return Section(request, places, walls, knots)
+    own: dict[str, Any] = {"waypoints": places, "corridor": walls or None, "waypoint_tolerance": tolerance}
+    return Section(replace(course.request, **own, closed=closed), places, walls, knots)
 
 
 def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:

@@ -133,9 +133,8 @@ def _navigator(where: str, content: Mapping[str, Any]) -> dict[str, Any]:
 def _with_waits(where: str, points: FloatArray, content: Mapping[str, Any]) -> list[Any]:
     """Return the places of waypoint_navigator, at rest at inner ones for their waiting times."""
     waits = content.get("waiting_time")
-    waits = (
-        [0.0] * len(points) if waits is None else list(waits) if isinstance(waits, Sequence) else [waits] * len(points)
-    )
+    if not isinstance(waits, Sequence):
+        waits = [0.0 if waits is None else waits] * len(points)
     if len(waits) != len(points) or not all(is_number(wait) and wait >= 0.0 for wait in waits):
         raise FileError(f"{where}: waiting_time is {shown(waits)}: give a time for each of {len(points)} places [s]")
     held = [0.0, *waits[1:-1], 0.0]

@@ -31,7 +31,6 @@ from minsnap.paths.missions.course import Course, Section, Stop, section_of
 from minsnap.planning.free_heading import choose_heading, headings_for
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
-from minsnap.planning.request import PlanRequest
 from minsnap.replanning.horizon import grouped
 from minsnap.trajectory.leg_uses import LegUse, Sensitivity
 from minsnap.trajectory.planned_heading import chosen_heading
@@ -368,17 +367,7 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     """Plan the course itself."""
     on_ground = course.takeoff is not False or course.land is not False
     if course.boxes is not None:
-        request = PlanRequest(
-            waypoints=None,
-            start=course.start,
-            end=course.end,
-            degree=course.degree,
-            pieces=course.pieces,
-            avoid=course.obstacles,
-            limits=course.bounds,
-            corridor=course.walls,
-            yaw=course.ruled_yaw,
-        )
+        request = replace(course.request, start=course.start, end=course.end)
         curve, legs = plan(**request.arguments() | planning), len(course.boxes.lower)
         places = curve(curve.leg_breaks[:: curve.legs // legs])
         return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], places), legs)]
