@@ -62,20 +62,13 @@ def _in_blocks(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArra
     ends = [np.minimum(cell // 2, np.array(shape) - 1) for cell in (start, goal)]
     if not all(coarse[tuple(end)] and (cell // 2 == end).all() for end, cell in zip(ends, (start, goal), strict=True)):
         return None
+    if (ends[0] == ends[1]).all():
+        return None
     way = shortest_way(coarse, 2.0 * size, ends[0], ends[1])
-    return None if way is None else _without_inner_ends(free, np.vstack((start, 2.0 * way + 0.5, goal)))
-
-
-def _without_inner_ends(free: BoolArray, way: FloatArray) -> FloatArray:
-    """Leave out the corners beside the first and the last one where the line is as free without them."""
-    for inner in (1, -2):
-        if len(way) == 2:
-            break
-        without = np.delete(way, inner, axis=0)
-        pair = without[:2] if inner == 1 else without[-2:]
-        cells = visited(np.array(free.shape), pair + 0.5, np.ones(free.ndim), np.zeros(free.ndim))
-        way = without if _all_free(free, cells) else way
-    return way
+    if way is None:
+        return None
+    unit = np.ones(free.ndim)
+    return _from_end_to_end(free, np.vstack((start, 2.0 * way + 0.5, goal)), unit, -0.5 * unit)
 
 
 def _least_narrow_way(
@@ -256,16 +249,19 @@ def passage_within(grid: GridMap, free: BoolArray, start: FloatArray, goal: Floa
     below = np.array([0] * (grid.dim - 1) + [grid.layers[0]])
     ends = grid.cell(start) - below, grid.cell(goal) - below
     way = shortest_way(free[..., slice(*grid.layers)], grid.resolution, *ends)
-    return None if way is None else _from_end_to_end(free, grid, np.vstack((start, grid.center(way + below), goal)))
+    if way is None:
+        return None
+    points = np.vstack((start, grid.center(way + below), goal))
+    return _from_end_to_end(free, points, grid.resolution, grid.lower)
 
 
-def _from_end_to_end(free: BoolArray, grid: GridMap, points: FloatArray) -> FloatArray:
-    """Leave out the centers of the first and the last cell where the line is as free without them."""
+def _from_end_to_end(free: BoolArray, points: FloatArray, size: FloatArray, corner: FloatArray) -> FloatArray:
+    """Leave out the points beside both ends where the line through cells of a size, from a corner on, is as free."""
     for inner in (1, -2):
         without = np.delete(points, inner, axis=0)
         pair = without[:2] if inner == 1 else without[-2:]
         if len(without) > 1 and (pair[0] != pair[1]).any():
-            cells = visited(np.array(free.shape), pair, grid.resolution, grid.lower)
+            cells = visited(np.array(free.shape), pair, size, corner)
             points = without if _all_free(free, cells) else points
     return np.asarray(points[np.append(True, (np.diff(points, axis=0) != 0.0).any(axis=1))])
 
