@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from minsnap.corridors.boxes import Boxes, as_room
 from minsnap.corridors.gates import Gate
@@ -14,8 +14,10 @@ from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import completed
 from minsnap.planning.request import PlanRequest, Walled, with_walls
-from minsnap.vehicle.loop import Loop
 from minsnap.vehicle.quadrotor import named_vehicle
+
+if TYPE_CHECKING:
+    from minsnap.vehicle.loop import Loop
 
 Point = tuple[float, ...]
 """Coordinates [m]."""
