@@ -43,7 +43,7 @@ class Matching:
         """Read and compare all files; damage in a log is reported on standard error."""
         from minsnap.files import frame_for, is_bag, is_flight, load_reference, read_samples
 
-        sent, flights_by_name = self.sent or [], {}
+        sent, flights_by_name = self.sent or [], dict[str, Any]()
         topics = self._topics()
         if topics.named and not any(map(is_bag, [reference, *paths])):
             raise InputError("--topic and --setpoints choose topics of a bag of ROS 2, and none is given")
@@ -60,8 +60,7 @@ class Matching:
             for index, path in enumerate(paths):
                 commanded = read_samples(sent[index], frame_for(sent[index], self.frame)) if sent else None
                 flights = self._chosen(self._flights(wanted, commanded, path, reference), path)
-                for number, one in enumerate(flights, 1):
-                    flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
+                flights_by_name |= _numbered(_name(path, paths), flights)
         return flights_by_name
 
     def _of_parts(
@@ -80,9 +79,7 @@ class Matching:
         log = joined_logs(known)
         commanded = read_samples(sent[0], frame_for(sent[0], self.frame)) if sent else None
         flights = self._chosen(self._in_log(wanted, commanded, log, paths[0]), paths[0])
-        name = f"{_name(paths[0], paths)} and {len(paths) - 1} more"
-        numbered = len(flights) > 1
-        return {name + (f" #{number}" if numbered else ""): one for number, one in enumerate(flights, 1)}
+        return _numbered(f"{_name(paths[0], paths)} and {len(paths) - 1} more", flights)
 
     def _topics(self) -> BagTopics:
         from minsnap.files import BagTopics
@@ -215,6 +212,11 @@ def _kept(
         kept["max_speed"] = float(np.linalg.norm(flight.velocity, axis=1).max())
         kept["max_speed_allowed"] = max_speed
     return kept
+
+
+def _numbered(name: str, flights: list[ComparedFlight]) -> dict[str, ComparedFlight]:
+    """Return flights by the name of what they are in, with a number where it has several."""
+    return {name + (f" #{number}" if len(flights) > 1 else ""): one for number, one in enumerate(flights, 1)}
 
 
 def _name(path: Path, flights: list[Path]) -> str:
