@@ -21,7 +21,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.files.formats import ReturnEntry, return_bytes
-from minsnap.fleet import Fleet, Separation, assign, table_of
+from minsnap.fleet import Fleet, Separation, assign, table_of, trapezoid
 from minsnap.limits import ORDINARY, Limits
 from minsnap.native import FleetArrays, NearPairs, near_pairs
 from minsnap.polynomials import elevate
@@ -290,22 +290,13 @@ class _ReturnSearch:
 
     def _lasts(self, ways: FloatArray) -> int:
         """Return how long lines take so that the longest keeps the limits [s]."""
-        along, norms = np.abs(ways), np.linalg.norm(ways, axis=1)
-        level = np.linalg.norm(ways[:, :2], axis=1)
-        speeds = self._table[0]
-        least = 2.0 * np.sqrt(norms / self.acceleration)
-        for axis in (0, 1, 2):
-            if speeds[axis] < inf:
-                least = np.maximum(least, self._trapezoid(norms, speeds[axis] * _ratio(norms, along[:, axis])))
-        least = np.maximum(least, self._trapezoid(norms, speeds[3] + 0.0 * norms))
-        least = np.maximum(least, self._trapezoid(norms, speeds[4] * _ratio(norms, level)))
-        return max(1, ceil(float(least.max()) * (1.0 + 1e-9)))
-
-    def _trapezoid(self, ways: FloatArray, speeds: FloatArray) -> FloatArray:
-        """Return the least time of ways [m] within a speed and the acceleration [s]."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            times = ways / speeds + speeds / self.acceleration
-        return np.where(np.isfinite(speeds) & (ways * self.acceleration > speeds * speeds), times, 0.0)
+        norms = np.linalg.norm(ways, axis=1)
+        parts = np.column_stack((np.abs(ways), norms, np.linalg.norm(ways[:, :2], axis=1)))  # as in the table
+        ratios = np.divide(norms[:, None], parts, out=np.full_like(parts, inf), where=parts > 0.0)
+        speeds = (self._table[0] * ratios).min(axis=1)
+        each = zip(norms.tolist(), speeds.tolist(), strict=True)
+        least = max(trapezoid(way, speed, self.acceleration) for way, speed in each)
+        return max(1, ceil(least * (1.0 + 1e-9)))
 
     def _later(self, pairs: IntArray, instants: FloatArray, waits: IntArray, lasts: int, ways: FloatArray) -> IntArray:
         """Return by how much each is to wait longer [s]."""
@@ -372,10 +363,6 @@ class _ReturnSearch:
 
 _QUADRATIC, _LINE = elevate(np.eye(3), 8).T, elevate(np.eye(2), 8).T
 """Control points of degree 7 from those of a quadratic, and of a line."""
-
-
-def _ratio(norms: FloatArray, parts: FloatArray) -> FloatArray:
-    return np.where(parts > 0.0, norms / np.where(parts > 0.0, parts, 1.0), inf)
 
 
 def _swings(states: FloatArray, lasts: float) -> FloatArray:
