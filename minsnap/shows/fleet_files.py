@@ -153,11 +153,7 @@ def write_fleet(
     for file in (manifest, *files, *further):
         check_destination(file, clobber=clobber)
     former = _unchanged(folder, ending)
-    origin = None if sheet is None else sheet.origin
-    acts = () if sheet is None else sheet.cues
-    write_file(
-        manifest, _manifest(fleet, kind, files, further, origin, acts)
-    )  # first: what was cut short is refused by it
+    write_file(manifest, _manifest(fleet, kind, files, further, sheet))  # first: what was cut short is refused by it
     for file, content in (files | further).items():
         write_file(file, content, clobber=clobber)
     for file in former - {*files, *further}:
@@ -183,10 +179,10 @@ def _manifest(
     kind: str,
     files: dict[Path, str | bytes],
     further: dict[Path, str | bytes],
-    origin: ShowOrigin | None,
-    acts: Sequence[tuple[float, str]],
+    sheet: ShowSheet | None,
 ) -> str:
     """Return the manifest of files with these contents: those of the vehicles, and those beside them."""
+    origin, acts = (None, ()) if sheet is None else (sheet.origin, sheet.cues)
     vehicles: list[dict[str, Any]] = [
         {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": _sha256(content)}
         for i, (file, content) in enumerate(files.items())
