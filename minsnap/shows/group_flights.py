@@ -16,7 +16,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
-from minsnap.fleet import assign, certify_fleet, extent_of, least_times
+from minsnap.fleet import assign, certify_fleet, extent_of
 from minsnap.shows.act_moves import Curves
 from minsnap.shows.acts import Act, Group, Groups, Show
 from minsnap.shows.formations import spacing_of
@@ -160,28 +160,23 @@ class _GroupFlights:
         for each, act in leaving:
             if each.acts:
                 each.order = np.asarray(assign(self._places[each.vehicles], act.points, self._progress))
-        for each, act, curves, method in self._flights(begins, leaving):
+        for each, act, curves, method, least in self._flights(begins, leaving):
             each.clock = begins + max(curve.duration for curve in curves)
             self._fly(each.vehicles, begins, curves)
             arrival = each.clock
             each.clock += act.hold
-            each.acts.append(self._act(each, act, begins, arrival, method))
+            points = np.full(len(self._places), ELSEWHERE)
+            points[each.vehicles] = each.order
+            stage = Stage(act.name, begins, arrival, each.clock, method, each.group.name, least)
+            each.acts.append(PlayedAct(act, points, (stage,)))
             self._course.tell(f"{each.group.name}, {act.name}: {arrival - begins:.2f} s ({method})")
         for each, act in leaving:
             self._move(each, act)
 
-    def _act(self, each: _Flying, act: Act, begins: float, arrival: float, method: str) -> PlayedAct:
-        points = np.full(len(self._places), ELSEWHERE)
-        timed = act.at is not None or act.seconds is not None or act.delays is not None
-        ways = [[self._parts[i][-1](0.0), self._places[i]] for i in each.vehicles]
-        least = 0.0 if timed else float(least_times(ways, self._course.show.flown_limits).max())
-        points[each.vehicles] = each.order
-        return PlayedAct(act, points, (Stage(act.name, begins, arrival, each.clock, method, each.group.name, least),))
-
     def _flights(
         self, begins: float, leaving: Sequence[tuple[_Flying, Act]]
-    ) -> list[tuple[_Flying, Act, list[Trajectory], str]]:
-        """Return the curves of groups that leave at one instant, each until its own arrival, and how they are found."""
+    ) -> list[tuple[_Flying, Act, list[Trajectory], str, float]]:
+        """Return the curves of groups that leave at one instant, how they are found, and the least time of each [s]."""
         names = " and ".join(f"act {act.name!r} of group {each.group.name!r}" for each, act in leaving)
         tasks = [self._task(each, act) for each, act in leaving]
         vehicles = np.concatenate([each.vehicles for each, _ in leaving])
@@ -193,9 +188,10 @@ class _GroupFlights:
             error.args = (f"the flight to {names}: {error}",)
             raise
         flown, first = [], 0
-        for (each, act), end in zip(leaving, ends, strict=True):
+        for (each, act), task, end in zip(leaving, tasks, ends, strict=True):
             own = curves[first : first + len(each.vehicles)]
-            flown.append((each, act, [_until(curve, end) for curve in own], method))
+            least = task.least if GivenTime(act.at, act.seconds) == UNTIMED else 0.0
+            flown.append((each, act, [_until(curve, end) for curve in own], method, least))
             first += len(own)
         return flown
 
@@ -254,7 +250,7 @@ class _GroupFlights:
             own = slower([curves[point] for point in each.order], self._slack)
             own = slower(own, self._course.slowing(own, self._begins + each.clock))
             beside = [self._known(i, each.clock) for i in range(len(self._places)) if i not in each.vehicles]
-            beside += [_line((place, place)) for place in self._reserves]
+            beside += [_standing(place) for place in self._reserves]
             near = certify_fleet([*own, *beside], self._course.show.separation.aloft).closest
             if near is not None and near.share < 1.0 - EXACT:
                 text = f"a move of act {act.name!r} of group {each.group.name!r} comes within {near.distance:.3f} m"
@@ -275,8 +271,8 @@ class _GroupFlights:
     def _known(self, vehicle: int, begins: float) -> Trajectory:
         """Return what a vehicle flies from an instant on [s], as far as it is planned; it stands after that."""
         here, parts = self._places[vehicle], self._parts[vehicle]
-        whole = joined(parts or [_line((here, here))])
-        return _line((here, here)) if begins >= whole.duration - TRACE else whole.between(begins, whole.duration)
+        whole = joined(parts or [_standing(here)])
+        return _standing(here) if begins >= whole.duration - TRACE else whole.between(begins, whole.duration)
 
 
 def _beside(task: FlightTask, beside: tuple[Trajectory, ...]) -> FlightTask:
@@ -286,9 +282,9 @@ def _beside(task: FlightTask, beside: tuple[Trajectory, ...]) -> FlightTask:
     return replace(task, beside=beside, room=replace(task.room, lower=lower))
 
 
-def _line(ends: Sequence[FloatArray] | FloatArray) -> Trajectory:
-    """Return a straight line between two points, (2, 3), in a second."""
-    return Trajectory(np.repeat(np.asarray(ends), 4, axis=0)[None], np.ones(1))
+def _standing(place: FloatArray) -> Trajectory:
+    """Return a curve that stays at a place, for a second: what ends first stands in questions from there on."""
+    return joined(waiting(place, 1.0))
 
 
 def _until(curve: Trajectory, end: float) -> Trajectory:

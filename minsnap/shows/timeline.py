@@ -167,7 +167,7 @@ def timed(
 
 def slower(curves: Sequence[Trajectory], factor: float) -> list[Trajectory]:
     """Return curves that last so many times as long."""
-    return list(curves) if factor == 1.0 else [Trajectory(c.control_points, c.durations * factor) for c in curves]
+    return list(curves) if factor == 1.0 else [curve.stretched(factor) for curve in curves]
 
 
 def waiting(point: FloatArray, duration: float) -> list[Trajectory]:
