@@ -55,18 +55,19 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
     A limit on a derivative that jumps between polynomials, as snap of degree 5, limits one alone; else three are tried.
     """
     outcome, several = _tried(task, timing), replace(timing, refine=False)
-    if not timing.refine or outcome.planned is not None:
-        outcome = _otherwise(outcome, task, timing)
-        if not (timing.refine and outcome.stands_in and task.explained):
-            return outcome
-    elif isinstance(outcome.reason, UnlimitedError):
+    if not timing.refine:
+        return _otherwise(outcome, task, timing)
+    if isinstance(outcome.reason, UnlimitedError):
         return _otherwise(_tried(task, several), task, several)
     refused = outcome.refused
-    if (refused is None and not outcome.stands_in) or not task.explained:
-        return _otherwise(outcome, task, timing)
-    short = None if refused is None else too_short(task, timing)  # a refusal of one piece proves nothing of more
-    if short is not None:
-        return PlanOutcome(reason=short)
+    if refused is None or not task.explained:
+        outcome = _otherwise(outcome, task, timing)
+        if not (outcome.stands_in and task.explained):
+            return outcome
+    else:
+        short = too_short(task, timing)  # a refusal of one piece proves nothing of more
+        if short is not None:
+            return PlanOutcome(reason=short)
     parted = [timing.in_time(replace(task, pieces=parts)) for parts in PARTS]
     other = outcome_of(lambda: _otherwise(_tried(parted[0], several), parted[0], several))
     if timing.shortest and (other.refused is not None or other.stands_in):
