@@ -56,7 +56,7 @@ def tracking_of(where: str, content: Mapping[str, Any], folder: Path) -> dict[st
     from minsnap.vehicle.loop import loop_of
 
     named = content.get("tracking")
-    return {} if named is None else {"tracking": loop_of(LOOP.read(where, named), where, folder)}
+    return {} if named is None else {"tracking": loop_of(named, where, folder)}
 
 
 WIDTHS = either(NUMBER, several(NUMBER, "one number per leg"))
