@@ -87,7 +87,6 @@ def plan_many(
     progress : callable or bool, optional
         Called with a ``ManyStep`` now and then: ``done`` of ``problems`` are planned. True shows a line on
         standard error where it takes long.
-
     room : Room or pair of corners, optional
         Room of all legs of all problems, besides the corridors.
     search : Search or sequence of B of them, optional

@@ -188,7 +188,6 @@ def plan(
         ``certify`` with the same arguments holds.
     wind : float
         With ``tracking``: largest change of the wind from what it is at the start [m/s].
-
     room : Room or pair of corners, optional
         Room of all legs, besides the corridor.
 
