@@ -23,7 +23,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.optional_packages import optional
 from minsnap.errors import LinkError, MinsnapError
 from minsnap.plot.animation import Picture, write_film
-from minsnap.studio.page_inputs import SCRIPT, follow, when_changed, when_clicked, when_triggered
+from minsnap.studio.page_inputs import SCRIPT, follow, sentence, when_changed, when_clicked, when_triggered
 
 if TYPE_CHECKING:
     import viser
@@ -317,6 +317,7 @@ class Page:
     """A page for every browser that opens its address; host and port are those of :func:`start_server`."""
 
     _player: Player
+    _message: Any
 
     def __init__(self, host: str, port: int) -> None:
         self._server: Any = start_server(host, port)
@@ -358,7 +359,7 @@ class Page:
 
     def say(self, text: str) -> None:
         """Show a sentence about the last request; nothing where it is empty."""
-        raise NotImplementedError
+        self._message.content = sentence(text, "refusal")
 
     def attempt(self, act: Callable[[], None]) -> None:
         """Do something; show on the page why it is refused, also where a part of it shows that itself."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate
@@ -15,7 +15,7 @@ from minsnap.studio.documents import ENDINGS, EXAMPLES, EXPORTS, WorkingFolder, 
 from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
 from minsnap.studio.obstacle_view import CLEARANCE
-from minsnap.studio.page_inputs import Editor, copyable, precise, sentence, table, when_changed, when_clicked
+from minsnap.studio.page_inputs import Editor, Viewed, copyable, precise, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import FLIGHT, GHOST
 from minsnap.studio.plan_drawing import legend
 from minsnap.studio.workbench import BenchState, Present
@@ -199,19 +199,6 @@ class FilePanel:
                 when_clicked(client.gui.add_button("Close"), lambda client: window.close())
 
         self._editor.attempt(tell)
-
-
-class Viewed(Protocol):
-    """A page that is looked at."""
-
-    def frame(self) -> None:
-        """See the whole scene."""
-
-    def darken(self) -> None:
-        """Make the page dark, or light again."""
-
-    def attempt(self, act: Callable[[], None]) -> None:
-        """Do something; what is refused is shown to the user."""
 
 
 def add_views(gui: Any, page: Viewed) -> None:

@@ -70,10 +70,6 @@ class FleetStudio(Page):
         self._build()
         self._show(0.0)
 
-    def say(self, text: str) -> None:
-        """Show a sentence about the last request; nothing where it is empty."""
-        self._message.content = sentence(text, "refusal")
-
     def _seen(self) -> FloatArray:
         return self._places
 

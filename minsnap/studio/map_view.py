@@ -12,7 +12,7 @@ from minsnap.paths.routes import GridMap, Route
 from minsnap.plot.geometry import leg_bodies
 from minsnap.plot.obstacles import Numbered
 from minsnap.studio.ground_view import OBSTACLE, cloud
-from minsnap.studio.obstacle_view import triangles
+from minsnap.studio.obstacle_view import halves_of, triangles
 from minsnap.studio.wall_view import TUBE
 from minsnap.trajectory import Trajectory
 
@@ -140,7 +140,7 @@ class MapView:
         faces, size = surface(taken)
         if not len(faces):
             return
-        self._mesh("/map/cells", (corner + side * faces).reshape(-1, 3))
+        self._mesh("/map/cells", *halves_of(corner + side * faces))
         if size > 1:
             across = " by ".join(f"{size * each:g}" for each in side[: grid.dim])
             self.note = f"cells are drawn {across} m large, occupied where one of the map's is"
@@ -152,8 +152,7 @@ class MapView:
         shown: list[Avoided] = [*map(Numbered, kept.obstacles), *(each for each in prisms if not each.inclusion)]
         corners, faces = triangles(shown, around)
         if len(faces):
-            look = {"color": OBSTACLE, "flat_shading": True, "side": "double"}
-            self._scene.add_mesh_simple("/map/obstacles", corners, faces, **look)
+            self._mesh("/map/obstacles", corners, faces)
         if len(kept.points):
             seen = cloud(kept.points if kept.points.shape[1] == 3 else _upright(kept.points))
             how = {"point_size": seen.point_size, "point_shape": "rounded"}
@@ -167,9 +166,7 @@ class MapView:
         lines = np.concatenate([*sides, np.stack(rings, axis=1)]).astype(np.float32)
         self._scene.add_line_segments(f"/map/fence/{number}", lines, FENCE, thickness=2.0, thickness_units="screen")
 
-    def _mesh(self, name: str, corners: FloatArray) -> None:
-        first: IntArray = 4 * np.arange(len(corners) // 4)[:, None]
-        faces = np.concatenate((first + [0, 1, 2], first + [0, 2, 3]))
+    def _mesh(self, name: str, corners: FloatArray, faces: IntArray) -> None:
         look = {"color": OBSTACLE, "flat_shading": True, "side": "double"}
         self._scene.add_mesh_simple(name, corners.astype(np.float32), faces, cast_shadow=False, **look)
 

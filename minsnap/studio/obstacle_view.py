@@ -141,6 +141,10 @@ def triangles(avoid: Sequence[Avoided], places: FloatArray) -> tuple[FloatArray,
     """Return corners and triangles of obstacles near places (k, 3) [m], shapes (n, 3) [m] and (m, 3)."""
     around = np.concatenate((places - 2.0, places + 2.0))
     faces = [face for obstacle in avoid for face in faces_of(obstacle, around)]
-    vertices = np.array(faces, dtype=np.float64).reshape(-1, 3)
+    return halves_of(np.array(faces, dtype=np.float64).reshape(-1, 4, 3))
+
+
+def halves_of(faces: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return corners and triangles of faces with four corners (n, 4, 3) [m], shapes (4 n, 3) [m] and (2 n, 3)."""
     first = 4 * np.arange(len(faces))[:, None]
-    return vertices, np.concatenate((first + [0, 1, 2], first + [0, 2, 3])).astype(np.intp)
+    return faces.reshape(-1, 3), np.concatenate((first + [0, 1, 2], first + [0, 2, 3])).astype(np.intp)

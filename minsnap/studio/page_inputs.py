@@ -21,14 +21,24 @@ Shown = Callable[[FileRequest], Any]
 """What an input shows of the document."""
 
 
-class Editor(Protocol):
+class Viewed(Protocol):
+    """A page that is looked at."""
+
+    def frame(self) -> None:
+        """See the whole scene."""
+
+    def darken(self) -> None:
+        """Make the page dark, or light again."""
+
+    def attempt(self, act: Callable[[], None]) -> None:
+        """Do something; what is refused is shown to the user."""
+
+
+class Editor(Viewed, Protocol):
     """What the parts of a page edit with."""
 
     def edit(self, change: Change, subject: str = "", held: bool = False) -> None:
         """Edit the document; what is refused is shown to the user."""
-
-    def attempt(self, act: Callable[[], None]) -> None:
-        """Do something; what is refused is shown to the user."""
 
     def pause(self) -> None:
         """End a drag."""
@@ -38,12 +48,6 @@ class Editor(Protocol):
 
     def redo(self) -> None:
         """Do it again."""
-
-    def frame(self) -> None:
-        """See the whole scene."""
-
-    def darken(self) -> None:
-        """Make the page dark, or light again."""
 
     def later(self, act: Callable[[], None]) -> None:
         """Do something that takes long, without keeping the page waiting; what is refused is shown."""

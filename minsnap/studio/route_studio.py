@@ -45,10 +45,6 @@ class RouteStudio(Page):
         self._build()
         self._show(0.0)
 
-    def say(self, text: str) -> None:
-        """Show a sentence about the last request; nothing where it is empty."""
-        self._message.content = sentence(text, "refusal")
-
     def darken(self) -> None:
         """Make the page dark, or light again."""
         super().darken()
