@@ -6,9 +6,8 @@
 #include <map>
 #include <string>
 
-#include <minsnap.hpp>
-
 #include "expect.hpp"
+#include "problems.hpp"
 
 namespace {
 
@@ -25,12 +24,6 @@ std::uint64_t digest(const minsnap::Curve &curve) {
     return hash;
 }
 
-minsnap::Problem rectangle() {
-    minsnap::Problem problem(3);
-    problem.points = {0, 0, 1, 8, 0, 1, 8, 4, 1, 0, 4, 1, 0, 0, 1};
-    return problem;
-}
-
 minsnap::Problem line() {
     minsnap::Problem problem(3);
     problem.points = {0, 0, 1, 4, 1, 1.5, 7, -1, 2};
@@ -43,12 +36,6 @@ minsnap::Gate gate(std::int64_t waypoint, double x, double y, double z, std::int
     made.waypoint = waypoint, made.normal[0] = x, made.normal[1] = y, made.normal[2] = z;
     made.width = 1.2, made.height = 0.8, made.margin = 0.1, made.crossing = crossing;
     return made;
-}
-
-minsnap::Limits usual() {
-    minsnap::Limits limits;
-    limits.speed = 3.0, limits.acceleration = 4.0, limits.jerk = 30.0;
-    return limits;
 }
 
 std::map<std::string, minsnap::Problem> problems() {

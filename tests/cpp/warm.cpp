@@ -3,9 +3,8 @@
 #include <cstdlib>
 #include <new>
 
-#include <minsnap.hpp>
-
 #include "expect.hpp"
+#include "problems.hpp"
 
 namespace {
 
@@ -56,18 +55,6 @@ void operator delete(void *block) noexcept { std::free(block); }
 void operator delete(void *block, std::size_t) noexcept { std::free(block); }
 
 namespace {
-
-minsnap::Limits usual() {
-    minsnap::Limits limits;
-    limits.speed = 3.0, limits.acceleration = 4.0, limits.jerk = 30.0;
-    return limits;
-}
-
-minsnap::Problem rectangle() {
-    minsnap::Problem problem(3);
-    problem.points = {0, 0, 1, 8, 0, 1, 8, 4, 1, 0, 4, 1, 0, 0, 1};
-    return problem;
-}
 
 std::vector<minsnap::Problem> given_times() {
     std::vector<minsnap::Problem> all(5, rectangle());
