@@ -12,8 +12,7 @@ from collections import Counter
 import numpy as np
 
 import minsnap
-from minsnap.native.plan_batches import plans_within
-from minsnap.planning.many_limits import KNOWN
+from minsnap.planning.many_limits import PlainProblem, plan_together
 
 RANGES = {
     "speed": (2.0, 8.0),
@@ -41,14 +40,13 @@ def compared(seed: int) -> str:
     points = np.cumsum(np.vstack((np.zeros(3), rng.normal(size=(legs, 3)) * (4.0, 4.0, 1.0))), axis=0)
     limits = minsnap.Limits(**{name: round(float(rng.uniform(*RANGES[name])), 3) for name in KINDS[seed % len(KINDS)]})
     widths = None if rng.integers(3) else rng.uniform(0.3, 1.0, legs).round(3)
-    row = np.array([[*(getattr(limits, name) or 0.0 for name in KNOWN), limits.gravity]])
     own = minsnap.plan(points, limits=limits, corridor=widths)
-    found = plans_within([points], row, widths, 0, 1)[0]
+    found = plan_together([PlainProblem.of(points, limits, widths)], 1, lambda done: None)[0]
     if found is None:
         return "left to plan"
-    if np.array_equal(found[0], own.control_points) and np.array_equal(found[1], own.durations):
+    if np.array_equal(found.control_points, own.control_points) and np.array_equal(found.durations, own.durations):
         return "the same bits"
-    print(f"seed {seed}: {found[1].sum():.9g} s from C, {own.duration:.9g} s from plan")
+    print(f"seed {seed}: {found.duration:.9g} s from C, {own.duration:.9g} s from plan")
     return "others"
 
 

@@ -20,14 +20,13 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 from measure import least_times, machine, table
+from problems import DURATIONS, RECTANGLE
 
 import minsnap
 
 HISTORY = Path(__file__).parents[1] / "docs" / "benchmark_history.csv"
 COLUMNS = ("date", "version", "name", "ratio")
 
-RECTANGLE = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)], dtype=float)
-DURATIONS = [4.0, 2.0, 4.0, 2.0]
 OPTIMUM = 1557.0050
 """Cost of the rectangle within 0.3 m at every instant, by sums of squares [m^2/s^7]."""
 
