@@ -174,6 +174,31 @@ void replans() {
     EXPECT(planner.replan(ahead, first.curve, first.curve.duration(), 0.1).status == MINSNAP_BAD_NUMBER);
 }
 
+// What goes on in flight is planned as what begins there, to the bit: also from far past the first waypoint, and where one start is not enough.
+void replans_are_plans_from_the_state() {
+    minsnap::Planner planner;
+    minsnap::Problem problem = rectangle();
+    problem.within(usual());
+    const minsnap::Plan first = planner.plan(problem);
+    const double instant = 2.0;
+    minsnap::Problem moving = problem, close = problem;
+    moving.end = {0, 1, 0, 0, 0, 0, 0, 0, 0};
+    close.points[6] = 8.0, close.points[7] = 0.3;
+    for (const minsnap::Problem &ahead : {problem, moving, close}) {
+        minsnap::Problem there = ahead;
+        there.start.clear();
+        for (std::int64_t order = 0; order < 4; ++order) {
+            const std::vector<double> state = first.curve(instant, order);
+            if (order == 0)
+                std::copy(state.begin(), state.end(), there.points.begin());
+            else
+                there.start.insert(there.start.end(), state.begin(), state.end());
+        }
+        const minsnap::Plan next = planner.replan(ahead, first.curve, 0.0, instant), own = planner.plan(there);
+        EXPECT(own.status == MINSNAP_DONE && next.status == MINSNAP_DONE && digest(next.curve) == digest(own.curve));
+    }
+}
+
 // Rotors keep their range: 0.5 kg with four rotors of 0.15 to 2.6 N on arms of 0.12 m.
 void rotors() {
     minsnap::Vehicle vehicle;
@@ -270,6 +295,7 @@ int main(int count, char **arguments) {
             EXPECT(least > 0.5 * plan.curve.duration() && least <= plan.curve.duration());
     }
     replans();
+    replans_are_plans_from_the_state();
     rotors();
     headings();
     stops();

@@ -198,13 +198,11 @@ Status Course::take_places(const minsnap_problem &given, const double *first, Sa
             return says(Status::bad_number, "waypoints %lld and %lld are at one place: leave one of them out", Long(leg), Long(leg + 1));
     length = sum / double(legs);
     widths = given.widths;
-    // walls are those of the legs as they were given
-    if (first != nullptr) std::copy(given.points, given.points + dim, points.data());
     walls.clear(dim), walled = false;
     return Status::done;
 }
 
-// Two planes for each leg and axis across it, upper ones first.
+// Two planes for each leg as it was given and axis across it, upper ones first.
 Status Course::take_tube(const minsnap_problem &given, Says &says) {
     if (given.widths == nullptr) return Status::done;
     std::int64_t pairs = 0;
@@ -219,7 +217,8 @@ Status Course::take_tube(const minsnap_problem &given, Says &says) {
             if (!positive(width))
                 return says(Status::bad_number, "the half-width of leg %lld is %g: it must be positive", Long(leg), width);
             double along[3], square = 0.0;
-            for (int d = 0; d < dim; ++d) along[d] = point(leg + 1)[d] - point(leg)[d], square += along[d] * along[d];
+            for (int d = 0; d < dim; ++d)
+                along[d] = given.points[(leg + 1) * dim + d] - given.points[leg * dim + d], square += along[d] * along[d];
             const double size = std::sqrt(square);
             if (!(size > 0.0)) return says(Status::bad_number, "leg %lld has no length", Long(leg));
             for (int d = 0; d < dim; ++d) along[d] /= size;
@@ -234,7 +233,7 @@ Status Course::take_tube(const minsnap_problem &given, Says &says) {
                     const std::int64_t at = side * pairs + k;
                     to.leg[at] = leg, to.radius[at] = to.width[at] = width;
                     for (int d = 0; d < dim; ++d)
-                        to.anchor[at * dim + d] = point(leg)[d], to.slope[at * dim + d] = side == 0 ? -row[d] : row[d];
+                        to.anchor[at * dim + d] = given.points[leg * dim + d], to.slope[at * dim + d] = side == 0 ? -row[d] : row[d];
                 }
                 ++k;
             }

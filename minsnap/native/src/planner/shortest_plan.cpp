@@ -14,7 +14,6 @@
 extern "C" {
 std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest *request, minsnap::ShortestAnswer *answer);
 std::int32_t minsnap_stop(minsnap::StopRecord *asked);
-std::int32_t minsnap_unconstrained_pinned(const minsnap::ChainRecord *given, double *out, double *states);
 }
 
 namespace minsnap {
@@ -608,9 +607,7 @@ bool ShortestPlan::softer(Guess &guess) {
 
 // The curve of least cost through all waypoints that goes on as a moving start does: from rest a search finds a loop back to a waypoint close ahead.
 bool ShortestPlan::coasting(Guess &guess) {
-    const std::int64_t state = std::int64_t(course_.half) * course_.dim;
-    if (!stop_and_go(guess_durations_) || !guess_knots_.allocate(std::size_t((course_.legs + 1) * state)) || !scaled_.allocate(course_, 1))
-        return false;
+    if (!stop_and_go(guess_durations_) || !scaled_.allocate(course_, 1)) return false;
     for (int end = 0; end < 2; ++end) {
         const std::int64_t leg = end == 0 ? 0 : course_.legs - 1;
         const double *const velocity = course_.state(end == 0 ? 0 : course_.legs) + course_.dim;
@@ -620,19 +617,7 @@ bool ShortestPlan::coasting(Guess &guess) {
         if (square > 0.0) duration = std::min(duration, std::max(course_.lengths[std::size_t(leg)] / std::sqrt(square), shortest_duration));
     }
     std::copy(guess_durations_.data(), guess_durations_.data() + course_.legs, scaled_.durations.data());
-    ChainRecord chain = {};
-    Buffer<double> places;
-    if (!places.allocate(std::size_t((course_.legs + 1) * course_.dim))) return false;
-    for (std::int64_t i = 0; i <= course_.legs; ++i)
-        std::copy(course_.state(i), course_.state(i) + course_.dim, places.data() + i * course_.dim);
-    chain.half = course_.half, chain.legs = course_.legs, chain.dim = course_.dim, chain.points = places.data(),
-    chain.durations = guess_durations_.data();
-    chain.start = course_.state(0) + course_.dim, chain.end = course_.state(course_.legs) + course_.dim;
-    Buffer<double> states;
-    if (!states.allocate(std::size_t((course_.legs + 1) * state)) ||
-        minsnap_unconstrained_pinned(&chain, scaled_.points.data(), states.data()) != 0)
-        return false;
-    if (!guess_of(scaled_, guess)) return false;
+    if (given_.free(scaled_.durations.data(), scaled_) != Status::done || !guess_of(scaled_, guess)) return false;
     std::copy(scaled_.durations.data(), scaled_.durations.data() + course_.legs, guess_durations_.data());
     return true;
 }
