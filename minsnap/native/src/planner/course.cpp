@@ -11,7 +11,6 @@ namespace minsnap {
 namespace {
 
 constexpr std::int64_t most_waypoints = 100'000, most_planes = 1'000'000, most_per_leg = 1'000;
-constexpr double farthest = 1e12;       // of coordinates and of given derivatives: beyond, squares of what is computed from them overflow
 constexpr double nearest = 1e-9;        // of two waypoints [m]
 constexpr double far = 1e3;             // radius of the largest ball in a set, over 1 m and its largest bound
 constexpr double across = 1e-12;        // a component of a row that is shorter is rounding: the leg is along that axis
@@ -19,12 +18,6 @@ constexpr double least_length = 1e-12;  // share of all legs below which two way
 constexpr double right_angle = 1.5707963267948966;
 
 using Long = long long;
-
-bool finite(const double *values, std::int64_t count) {
-    for (std::int64_t i = 0; i < count; ++i)
-        if (!(std::fabs(values[i]) <= farthest)) return false;
-    return true;
-}
 
 bool positive(double value) { return value >= smallest_number && value <= largest_number; }
 

@@ -19,6 +19,13 @@ constexpr double exact = 1e-9;                                                 /
 constexpr double stored = 8.0 * 0.5 * std::numeric_limits<double>::epsilon();  // error of a stored position, relative to the largest
 constexpr double allowed_gap = 9e-7;                                           // share of a cost that a proof may give away
 constexpr double earth = 9.80665;                                              // gravity [m/s^2]
+constexpr double farthest = 1e12;  // of coordinates, derivatives and angles given: beyond, squares of what is computed from them overflow
+
+inline bool finite(const double *values, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!(std::fabs(values[i]) <= farthest)) return false;
+    return true;
+}
 
 // The limits of a problem, infinite where there are none.
 struct Bounds {

@@ -146,52 +146,40 @@ bool GivenTimes::make_question(const double *durations, std::int64_t per_leg, co
 bool GivenTimes::add_regions(std::int64_t per_leg) {
     const Regions &regions = course_.regions;
     const int dim = course_.dim;
-    std::int64_t boxed = 0, sides = 0, balls = 0, crossings = 0, planes = 0;
+    std::int64_t boxed = 0, sides = 0, planes = 0;
     for (std::int64_t k = 0; k < regions.count(); ++k) {
         const Region &region = regions[k];
         for (int d = 0; d < dim; ++d) boxed += region.upper[d] > region.lower[d];
-        sides += region.sides, balls += region.radius < infinite, crossings += region.crossed;
-        planes += region.radius == infinite && region.slanted;
+        sides += region.sides, planes += region.slanted;
     }
-    auto put = [&](WallRows &to, std::int64_t at, const Region &region, double radius, double width, bool anchored) {
+    auto put = [&](WallRows &to, std::int64_t at, const Region &region, double radius, double width) {
         to.leg[at] = region.waypoint * per_leg, to.radius[at] = radius, to.width[at] = width;
-        if (anchored) std::copy(course_.point(region.waypoint), course_.point(region.waypoint) + dim, to.anchor + at * dim);
+        std::copy(course_.point(region.waypoint), course_.point(region.waypoint) + dim, to.anchor + at * dim);
     };
     WallRows to;
-    if (boxed > 0 && !sets_.add(2 * boxed, 0, 0, to, true)) return false;
+    if (boxed > 0 && !sets_.add(2 * boxed, 0, 0, to, Holds::at_ends)) return false;
     for (std::int64_t waypoint = 0, at = 0; waypoint < course_.legs; ++waypoint)
         for (int d = 0; d < dim; ++d) {
             if (!regions.free(waypoint, d)) continue;
             const Region &region = *regions.at(waypoint);
             const double width = (region.upper[d] - region.lower[d]) / 2.0;
-            put(to, at, region, region.upper[d], width, true), put(to, boxed + at, region, -region.lower[d], width, true);
+            put(to, at, region, region.upper[d], width), put(to, boxed + at, region, -region.lower[d], width);
             to.slope[at * dim + d] = -1.0, to.slope[(boxed + at++) * dim + d] = 1.0;
         }
-    if (sides > 0 && !sets_.add(sides, 0, 0, to, true)) return false;
+    if (sides > 0 && !sets_.add(sides, 0, 0, to, Holds::at_ends)) return false;
     for (std::int64_t k = 0, at = 0; k < regions.count(); ++k)
         for (std::int64_t j = 0; j < regions[k].sides; ++j, ++at) {
             const double *const side = regions.side(regions[k].first + j);
-            put(to, at, regions[k], side[dim], side[dim], true);
+            put(to, at, regions[k], side[dim], side[dim]);
             for (int d = 0; d < dim; ++d) to.slope[at * dim + d] = -side[d];
         }
-    if (balls > 0 && !sets_.add(balls, dim, 0, to, true)) return false;
-    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
-        if (!(regions[k].radius < infinite)) continue;
-        put(to, at, regions[k], regions[k].radius, regions[k].radius, true);
-        for (int d = 0; d < dim; ++d) to.matrix[(at * dim + d) * dim + d] = 1.0;
-        ++at;
-    }
-    if (crossings > 0 && !sets_.add(crossings, 0, 1, to, true)) return false;
-    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
-        if (!regions[k].crossed) continue;
-        put(to, at, regions[k], 0.0, 1.0, false);
-        std::copy(regions[k].direction, regions[k].direction + dim, to.slope + at++ * dim);
-    }
-    if (planes > 0 && !sets_.add(planes, 0, 0, to, true)) return false;
+    if (!regions.add_balls(sets_, course_.points.data(), per_leg, Holds::at_ends)) return false;
+    if (!regions.add_crossings(sets_, per_leg, Holds::at_ends)) return false;
+    if (planes > 0 && !sets_.add(planes, 0, 0, to, Holds::at_ends)) return false;
     if (planes > 0) sets_.last().equal = 1;
     for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
-        if (regions[k].radius < infinite || !regions[k].slanted) continue;
-        put(to, at, regions[k], 0.0, course_.length, true);
+        if (!regions[k].slanted) continue;
+        put(to, at, regions[k], 0.0, course_.length);
         for (int d = 0; d < dim; ++d) to.slope[at * dim + d] = -regions[k].normal[d];
         ++at;
     }

@@ -9,7 +9,6 @@ namespace minsnap {
 namespace {
 
 constexpr double pi = 3.141592653589793;
-constexpr double farthest = 1e12;  // of an angle [rad]
 
 // The same angle from -pi to below pi.
 double wrapped(double angle) {
@@ -22,7 +21,7 @@ double wrapped(double angle) {
 Status check_yaws(const minsnap_problem &problem, const Course &course, Says &says) {
     if (problem.yaws == nullptr) return Status::done;
     for (std::int64_t i = 0; i <= course.legs; ++i)
-        if (!(std::fabs(problem.yaws[i]) <= farthest))
+        if (!finite(problem.yaws + i, 1))
             return says(Status::bad_number, "the yaw at waypoint %lld is %g: it must be finite", static_cast<long long>(i),
                         problem.yaws[i]);
     if (course.closed && !(std::fabs(wrapped(problem.yaws[course.legs] - problem.yaws[0])) <= exact))

@@ -1,18 +1,14 @@
 // Gates as the openings that they leave: sides along the axes are those of a box, others half-spaces; a plane across an axis makes the box flat.
-#include "planner/regions.hpp"
-
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "arithmetic/double_double.hpp"
+#include "planner/course.hpp"
 
 namespace minsnap {
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity(), farthest = 1e12, smallest = 0x1p-500;
-constexpr double exact = 1e-9;      // share of a length below which two count as equal
-constexpr double rounding = 1e-12;  // component of a direction that is only rounding
+constexpr double smallest = 0x1p-500;  // of a radius and a side [m]
+constexpr double rounding = 1e-12;     // component of a direction that is only rounding
 constexpr std::int64_t most_corners = 1000;
 
 using Long = long long;
@@ -42,13 +38,36 @@ void snap(double *x, int dim) {
         if (std::fabs(x[d]) <= rounding) x[d] = 0.0;
 }
 
-bool finite(const double *x, std::int64_t count) {
-    for (std::int64_t i = 0; i < count; ++i)
-        if (!(std::fabs(x[i]) <= farthest)) return false;
+}  // namespace
+
+bool Regions::add_balls(WallSets &sets, const double *points, std::int64_t per_leg, Holds holds) const {
+    std::int64_t balls = 0;
+    for (std::int64_t k = 0; k < count_; ++k) balls += (*this)[k].ball();
+    WallRows to;
+    if (balls > 0 && !sets.add(balls, dim_, 0, to, holds)) return false;
+    for (std::int64_t k = 0; k < balls; ++k) {  // they come first
+        const Region &ball = (*this)[k];
+        const double *const center = points + ball.waypoint * dim_;
+        to.leg[k] = ball.waypoint * per_leg, to.radius[k] = to.width[k] = ball.radius;
+        std::copy(center, center + dim_, to.anchor + k * dim_);
+        for (int d = 0; d < dim_; ++d) to.matrix[(k * dim_ + d) * dim_ + d] = 1.0;
+    }
     return true;
 }
 
-}  // namespace
+bool Regions::add_crossings(WallSets &sets, std::int64_t per_leg, Holds holds) const {
+    std::int64_t crossings = 0;
+    for (std::int64_t k = 0; k < count_; ++k) crossings += (*this)[k].crossed;
+    WallRows to;
+    if (crossings > 0 && !sets.add(crossings, 0, 1, to, holds)) return false;
+    for (std::int64_t k = 0, at = 0; k < count_; ++k) {
+        const Region &gate = (*this)[k];
+        if (!gate.crossed) continue;
+        to.leg[at] = gate.waypoint * per_leg, to.width[at] = 1.0;
+        std::copy(gate.direction, gate.direction + dim_, to.slope + at++ * dim_);
+    }
+    return true;
+}
 
 double Regions::excess(const Region &region, const double *offset) const {
     double worst = length_of(offset, dim_) - region.radius;

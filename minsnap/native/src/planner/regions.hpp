@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "basics/buffer.hpp"
 #include "basics/public.hpp"
 #include "basics/status.hpp"
 #include "planner/says.hpp"
+#include "planner/wall_sets.hpp"
 
 namespace minsnap {
 
@@ -21,6 +23,8 @@ struct Region {
     double normal[3];           // of that plane, of length 1
     bool crossed;               // whether the velocity has a direction
     double direction[3];        // along which it is not negative
+
+    bool ball() const { return radius < std::numeric_limits<double>::infinity(); }
 };
 
 // Of balls first, then of gates, in the order of their waypoints; of a lap without its end, which is its start.
@@ -43,7 +47,10 @@ public:
 
     // Half-spaces normal . offset <= bound, of unit length: (dim + 1,).
     const double *side(std::int64_t index) const { return sides_.data() + index * (dim_ + 1); }
-    std::int64_t sides() const { return all_sides_; }
+
+    // Add balls, or the directions in which gates are crossed, as walls, for so many pieces a leg; false where there is no memory.
+    [[nodiscard]] bool add_balls(WallSets &sets, const double *points, std::int64_t per_leg, Holds holds) const;
+    [[nodiscard]] bool add_crossings(WallSets &sets, std::int64_t per_leg, Holds holds) const;
 
     // How far an offset is outside [m]; 0 or less inside.
     double excess(const Region &region, const double *offset) const;

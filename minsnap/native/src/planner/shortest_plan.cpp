@@ -150,7 +150,7 @@ void ShortestPlan::turn_planes() {
     slanted_ = false;
     for (std::int64_t i = 0; i <= course_.legs; ++i) {
         const Region *const region = course_.regions.at(i);
-        if (region == nullptr || region->radius < infinite || !region->slanted) continue;
+        if (region == nullptr || !region->slanted) continue;
         double mirror[3], square = 0.0, *const axes = turned_.data() + i * dim * dim, *const place = pinned_.data() + i * state;
         std::copy(region->normal, region->normal + dim, mirror);
         mirror[0] += region->normal[0] >= 0.0 ? 1.0 : -1.0;
@@ -182,24 +182,20 @@ bool ShortestPlan::make_sets() {
 bool ShortestPlan::add_regions() {
     const Regions &regions = course_.regions;
     const int dim = course_.dim;
-    std::int64_t flat = 0, balls = 0, crossings = 0;
+    std::int64_t flat = 0;
     for (std::int64_t k = 0; k < regions.count(); ++k) {
-        const bool ball = regions[k].radius < infinite;
-        for (int d = 0; d < dim; ++d) flat += !ball && regions[k].upper[d] > regions[k].lower[d] ? 2 : 0;
-        flat += regions[k].sides, balls += ball, crossings += regions[k].crossed;
+        for (int d = 0; d < dim; ++d) flat += !regions[k].ball() && regions[k].upper[d] > regions[k].lower[d] ? 2 : 0;
+        flat += regions[k].sides;
     }
     auto put = [&](WallRows &to, std::int64_t at, const Region &region, double radius, double width) {
         to.leg[at] = region.waypoint, to.radius[at] = radius, to.width[at] = width;
         std::copy(course_.point(region.waypoint), course_.point(region.waypoint) + dim, to.anchor + at * dim);
     };
     WallRows to;
-    if (flat > 0) {
-        if (!sets_.add(flat, 0, 0, to)) return false;
-        sets_.last().at_knots = 1;
-    }
+    if (flat > 0 && !sets_.add(flat, 0, 0, to, Holds::at_knots)) return false;
     for (std::int64_t waypoint = 0, at = 0; waypoint < course_.legs; ++waypoint) {
         const Region *const region = regions.at(waypoint);
-        if (region == nullptr || region->radius < infinite) continue;
+        if (region == nullptr || region->ball()) continue;
         double width = 0.0;
         for (int d = 0; d < dim; ++d) width = std::max(width, region->upper[d] - region->lower[d]);
         for (int side = 0; side < 2; ++side)
@@ -214,26 +210,7 @@ bool ShortestPlan::add_regions() {
             for (int d = 0; d < dim; ++d) to.slope[at * dim + d] = -side[d];
         }
     }
-    if (balls > 0) {
-        if (!sets_.add(balls, dim, 0, to)) return false;
-        sets_.last().at_knots = 1;
-    }
-    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
-        if (!(regions[k].radius < infinite)) continue;
-        put(to, at, regions[k], regions[k].radius, regions[k].radius);
-        for (int d = 0; d < dim; ++d) to.matrix[(at * dim + d) * dim + d] = 1.0;
-        ++at;
-    }
-    if (crossings > 0) {
-        if (!sets_.add(crossings, 0, 1, to)) return false;
-        sets_.last().at_knots = 1;
-    }
-    for (std::int64_t k = 0, at = 0; k < regions.count(); ++k) {
-        if (!regions[k].crossed) continue;
-        to.leg[at] = regions[k].waypoint, to.radius[at] = 0.0, to.width[at] = 1.0;
-        std::copy(regions[k].direction, regions[k].direction + dim, to.slope + at++ * dim);
-    }
-    return true;
+    return regions.add_balls(sets_, course_.points.data(), 1, Holds::at_knots) && regions.add_crossings(sets_, 1, Holds::at_knots);
 }
 
 // Limits as convex sets: all that are convex, or those that the search does not know better.
@@ -637,27 +614,26 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     const std::int64_t legs = course_.legs, state = std::int64_t(course_.half) * course_.dim;
     const std::int64_t pieces = (question.guess == nullptr ? 1 : question.guess->pieces) * question.parts[0] * question.parts[1];
     if (!curve.allocate(course_, pieces) || !knots_.allocate(std::size_t((legs * pieces + 1) * state))) return Status::no_memory;
-    const double norms[4] = {course_.bounds.reached(1, question.body_rate), course_.bounds.reached(2, question.body_rate),
-                             course_.bounds.reached(3, question.body_rate), course_.bounds.reached(4, question.body_rate)};
-    const Bounds &known = course_.bounds;
-    const double share = known.drags() ? 1.0 - P::proof_margin : 1.0;
+    const Bounds &bounds = course_.bounds;
+    const double norms[4] = {bounds.reached(1, question.body_rate), bounds.reached(2, question.body_rate),
+                             bounds.reached(3, question.body_rate), bounds.reached(4, question.body_rate)};
+    const double share = bounds.drags() ? 1.0 - P::proof_margin : 1.0;
     double turning[4][6];
     MomentaryLimit momentary[5];
     std::int64_t limits = 0;
     auto limit = [&](bool given, LimitKind kind, double value) {
         if (!given) return;
-        std::copy(known.medium, known.medium + 5, turning[limits]);
+        std::copy(bounds.medium, bounds.medium + 5, turning[limits]);
         turning[limits][5] = value;
         momentary[limits] = {std::int64_t(kind), turning[limits]};
         ++limits;
     };
-    limit(known.drags() && known.least_thrust > 0.0, LimitKind::least_thrust, known.least_thrust / share);
-    limit(known.drags() && known.most_thrust < infinite, LimitKind::most_thrust, known.most_thrust * share);
-    limit(known.drags() && known.tilt < infinite, LimitKind::tilt, std::tan(known.tilt * share));
-    limit(known.body_rate < infinite, LimitKind::body_rate, question.body_rate * share);
+    limit(bounds.drags() && bounds.least_thrust > 0.0, LimitKind::least_thrust, bounds.least_thrust / share);
+    limit(bounds.drags() && bounds.most_thrust < infinite, LimitKind::most_thrust, bounds.most_thrust * share);
+    limit(bounds.drags() && bounds.tilt < infinite, LimitKind::tilt, std::tan(bounds.tilt * share));
+    limit(bounds.body_rate < infinite, LimitKind::body_rate, question.body_rate * share);
     double rotors[5 + 3 + 2 + 9 + 16 + 1];
-    if (course_.bounds.vehicle != nullptr) {
-        const Bounds &bounds = course_.bounds;
+    if (bounds.vehicle != nullptr) {
         const minsnap_vehicle &vehicle = *bounds.vehicle;
         const double hover = bounds.hover(), kept = P::rotor_margin * hover;
         const double first[10] = {bounds.medium[0],
@@ -693,7 +669,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
         asked.guess_durations = question.guess->durations, asked.guess_knots = question.guess->knots;
     }
     const double block = double(course_.half - 1) * course_.dim;
-    asked.row_work = course_.bounds.vehicle != nullptr ? P::rotor_work : P::row_work,
+    asked.row_work = bounds.vehicle != nullptr ? P::rotor_work : P::row_work,
     asked.iteration_work = P::block_work * double(legs * pieces) * block * block * block;
     asked.worth = 0.5 * course_.worth(), asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
     asked.live = end_.timed(), asked.poll = poll, asked.context = &told;
@@ -790,10 +766,12 @@ double ShortestPlan::rotor_excess(const CurveMemory &curve) const {
 }
 
 bool ShortestPlan::keeps(const CurveMemory &curve, double factor) {
-    if (factor == 1.0) return largest_use(view(curve), course_.bounds) <= 1.0 + P::kept && vehicle_kept(view(curve), course_.bounds);
-    if (!scaled_.copy(curve)) return false;
-    scaled_.slow(factor);
-    return largest_use(view(scaled_), course_.bounds) <= 1.0 + P::kept && vehicle_kept(view(scaled_), course_.bounds);
+    if (factor != 1.0) {
+        if (!scaled_.copy(curve)) return false;
+        scaled_.slow(factor);
+    }
+    const CurveView flown = view(factor == 1.0 ? curve : scaled_);
+    return largest_use(flown, course_.bounds) <= 1.0 + P::kept && vehicle_kept(flown, course_.bounds);
 }
 
 // The factor on time at which the most used limit is just reached, none exceeded; infinite where there is none.

@@ -14,6 +14,9 @@ struct WallRows {
     double *matrix, *anchor, *slope, *radius, *width;
 };
 
+// Whether a wall holds all along its leg, at one end of it, or at a waypoint, which then stands in the place of the leg.
+enum class Holds { along, at_ends, at_knots };
+
 class WallSets {
 public:
     static constexpr int most = 16;
@@ -27,8 +30,8 @@ public:
 
     void clear(int dim) { dim_ = dim, count_ = 0; }
 
-    // Add a set; false where there is no memory. Each of `at` holds at one end of its leg, where that is wanted.
-    [[nodiscard]] bool add(std::int64_t count, std::int64_t rows, std::int64_t order, WallRows &to, bool at_ends = false) {
+    // Add a set; false where there is no memory.
+    [[nodiscard]] bool add(std::int64_t count, std::int64_t rows, std::int64_t order, WallRows &to, Holds holds = Holds::along) {
         const std::int64_t each = rows * dim_ + 2 * dim_ + 2;
         if (count_ == most || !numbers_[count_].allocate(std::size_t(count * each)) || !legs_[count_].allocate(std::size_t(2 * count)))
             return false;
@@ -38,8 +41,8 @@ public:
         for (std::int64_t j = 0; j < 2 * count; ++j) legs[j] = 0;
         double *const anchor = first + count * rows * dim_, *const slope = anchor + count * dim_, *const radius = slope + count * dim_;
         to = {legs, legs + count, first, anchor, slope, radius, radius + count};
-        records_[count_++] = {count, rows,   order,         0, 0, 0, legs, at_ends ? legs + count : nullptr, first, anchor,
-                              slope, radius, radius + count};
+        std::int64_t *const at = holds == Holds::at_ends ? to.at : nullptr;
+        records_[count_++] = {count, rows, order, 0, 0, holds == Holds::at_knots, legs, at, first, anchor, slope, radius, to.width};
         return true;
     }
 
