@@ -106,7 +106,11 @@ class Schedule:
     @property
     def due(self) -> float:
         """The instant of the next slot [s]."""
-        return self.start + (self._last + 1) / self.rate
+        return self.instant(self._last + 1)
+
+    def instant(self, slot: int) -> float:
+        """Return when a slot is due [s]."""
+        return self.start + slot / self.rate
 
     @property
     def last_lateness(self) -> float:

@@ -109,7 +109,7 @@ class Streamer:
         """When the first setpoint of the flight was due, on the clock [s]; None unless it is flying."""
         sequence = self._sequence
         slot = None if sequence is None else sequence.first_slot
-        return None if slot is None else self._sender.departures.start + slot / self._table.rate
+        return None if slot is None else self._sender.departures.instant(slot)
 
     def change(self, change: Change) -> Trajectory:
         """Fly a change from its splice on, from any thread: its trajectory if that is certified, else its stop.
@@ -437,9 +437,9 @@ class Streamer:
         if common is None and not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
             self._triggered = bool(trigger())
         triggered = common is None and self._triggered
-        at = Conditions(slot, now, self._link.vehicle, triggered, self._stops, late)
+        due = self._sender.departures.instant(slot)
+        at = Conditions(slot, now, self._link.vehicle, triggered, self._stops, late, due=due)
         at = replace(at, may_arm=self._triggered, left=self._left, foreign=self._foreign)
-        at = replace(at, due=self._sender.departures.start + slot / self._table.rate)
         self._left, self._foreign = False, None
         return at if common is None else self._together(sequence, common[0], at)
 
