@@ -225,8 +225,8 @@ def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
     t = first + np.arange(int(max(last - first, 0.0) * rate) + 1) / rate
     logged = [flight.t, felt.attitude_t, felt.force_t, *([] if felt.throttle_t is None else [felt.throttle_t])]
     t = t[~np.any([in_gaps(t, known, 0.5 / rate) for known in logged], axis=0)]
-    notes, rests = gap_remarks(t), _rests(flight)
-    resting = np.any([(t > begin) & (t < end) for begin, end in rests], axis=0) & np.ones(len(t), dtype=bool)
+    notes, (begins, ends) = gap_remarks(t), _rests(flight).T[:, :, None]
+    resting = ((t > begins) & (t < ends)).any(axis=0)
     if resting.any():
         notes.append(f"{resting.sum() / rate:.0f} s between flights, in which it hardly moves, are left out")
     t = t[~resting]

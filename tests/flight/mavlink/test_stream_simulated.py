@@ -10,6 +10,7 @@ from quadrotor_body import QuadrotorBody
 from standin import LAND, StandIn
 
 import minsnap
+from minsnap.basics.arrays import interpolated
 from minsnap.files.frames import map_vectors
 
 
@@ -28,17 +29,13 @@ def test_from_the_ground_round_a_planned_rectangle_and_back_to_the_ground(tmp_pa
     assert report.completed and len(samples) - report.schedule.skipped <= report.flown <= len(samples)
     with open(log, newline="") as file:
         lines = list(csv.DictReader(file))
-    asked, seen = (
-        np.array(
-            [
-                [float(line[name]) for name in ("time", *"xyz")]
-                for line in lines
-                if line["kind"] == kind and wanted(line)
-            ]
-        )
-        for kind, wanted in (("setpoint", lambda line: line["index"]), ("position", lambda line: True))
-    )
-    there = np.stack([np.interp(asked[:, 0], seen[:, 0], seen[:, axis]) for axis in (1, 2, 3)], axis=1)
+
+    def places(kept):
+        return np.array([[float(line[name]) for name in ("time", *"xyz")] for line in kept])
+
+    asked = places(line for line in lines if line["kind"] == "setpoint" and line["index"])
+    seen = places(line for line in lines if line["kind"] == "position")
+    there = interpolated(asked[:, 0], seen[:, 0], seen[:, 1:])
     apart = np.linalg.norm(there - asked[:, 1:], axis=1)
     assert report.rmse == pytest.approx(np.sqrt((apart**2).mean()), rel=0.03), "as late as the body is behind it"
     assert report.worst_error == pytest.approx(apart.max(), rel=0.03) and apart.max() < 0.8
