@@ -65,6 +65,8 @@ public:
     // first waypoint, whose legs' walls stay; or null.
     Status take(const minsnap_problem *problem, Says &says, const double *first = nullptr);
 
+    bool constrained() const { return walls.count() > 0 || regions.count() > 0; }
+
     // How far from a waypoint the curve may pass it.
     double reach(std::int64_t waypoint) const {
         const Region *const region = regions.at(waypoint);

@@ -34,11 +34,10 @@ ChainRecord GivenTimes::chain(const double *durations) const {
 }
 
 Status GivenTimes::solve(const double *durations, CurveMemory &curve) {
-    const bool constrained = course_.walls.count() > 0 || course_.regions.count() > 0;
-    const std::int64_t per_leg = constrained ? std::max<std::int64_t>(course_.pieces, 1) : 1;
+    const std::int64_t per_leg = course_.constrained() ? std::max<std::int64_t>(course_.pieces, 1) : 1;
     if (!curve.allocate(course_, per_leg)) return says_(Status::no_memory, "there is no memory for the curve");
     for (std::int64_t i = 0; i < curve.all(); ++i) curve.durations[std::size_t(i)] = durations[i / per_leg] / double(per_leg);
-    const Status status = !constrained ? free(durations, curve) : in_tube(curve) == Status::done ? Status::done : inside(curve);
+    const Status status = !course_.constrained() ? free(durations, curve) : in_tube(curve) == Status::done ? Status::done : inside(curve);
     if (status == Status::done) return status;
     if (status == Status::infeasible)
         return says_(status, "no curve seems to keep the walls in these durations: widen the corridor, or give more pieces");
@@ -208,7 +207,6 @@ Status GivenTimes::split(CurveMemory &curve) {
     const double sum = summed(course_.lengths.data(), legs);
     for (std::int64_t leg = 0; leg < legs; ++leg) first_[std::size_t(leg)] = course_.total * course_.lengths[std::size_t(leg)] / sum;
     std::copy(first_.data(), first_.data() + legs, best_.data());
-    const bool constrained = course_.walls.count() > 0 || course_.regions.count() > 0;
     SplitRecord record = {};
     record.legs = legs, record.per_leg = 1, record.capacity = evaluations, record.seconds = record.effort = infinite;
     record.durations = best_.data(), record.history = history_.data();
@@ -216,9 +214,9 @@ Status GivenTimes::split(CurveMemory &curve) {
     if (legs > 1) {
         const ChainRecord whole = chain(first_.data());
         free = minsnap_best_split(&whole, &record) == 0;
-        if (!free && !constrained) std::copy(first_.data(), first_.data() + legs, best_.data());
+        if (!free && !course_.constrained()) std::copy(first_.data(), first_.data() + legs, best_.data());
     }
-    if (legs > 1 && constrained && !split_inside(free, record)) std::copy(first_.data(), first_.data() + legs, best_.data());
+    if (legs > 1 && course_.constrained() && !split_inside(free, record)) std::copy(first_.data(), first_.data() + legs, best_.data());
     return solve(best_.data(), curve);
 }
 

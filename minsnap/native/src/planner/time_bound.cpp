@@ -77,12 +77,10 @@ private:
             accelerations_[own_++] = {3, -g, 0.0, std::tan(bounds.tilt) * B::beside, height * B::beside};
     }
 
-    double radius(std::int64_t waypoint) const { return course_.reach(waypoint); }
-
     bool leaves(std::int64_t one, std::int64_t other) const {
         double square = 0.0;
         for (int d = 0; d < course_.dim; ++d) square += std::pow(course_.state(other)[d] - course_.state(one)[d], 2);
-        return square > (1.0 + exact) * (radius(one) + radius(other)) * std::sqrt(square);
+        return square > (1.0 + exact) * (course_.reach(one) + course_.reach(other)) * std::sqrt(square);
     }
 
     // Without inner balls that the way between centers does not leave for the next one.
@@ -103,7 +101,7 @@ private:
         advances_ = legs_ > course_.closed;
         for (std::int64_t k = 0; k < legs_; ++k) advances_ = advances_ && leaves(keep[std::size_t(k)], keep[std::size_t(k + 1)]);
         if (!steps_.allocate(std::size_t(3 * legs_)) || !radii_.allocate(std::size_t(kept))) return false;
-        for (std::int64_t k = 0; k < kept; ++k) radii_[std::size_t(k)] = radius(keep[std::size_t(k)]);
+        for (std::int64_t k = 0; k < kept; ++k) radii_[std::size_t(k)] = course_.reach(keep[std::size_t(k)]);
         for (std::int64_t k = 0; k < legs_; ++k)
             for (int d = 0; d < 3; ++d)
                 steps_[std::size_t(3 * k + d)] =
