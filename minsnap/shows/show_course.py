@@ -259,23 +259,21 @@ class ShowCourse:
 
     def _planned(self, task: FlightTask, lasts: float | None) -> Fleet:
         show = self.show
-        question = partial(
-            plan_fleet, limits=task.limits, separation=show.separation.aloft, room=task.room, seed=show.seed
-        )
-        question = partial(question, progress=self.progress)
+        how: dict[str, Any] = {"room": task.room, "seed": show.seed, "progress": self.progress}
+        question = partial(plan_fleet, task.ways, task.limits, show.separation.aloft, **how)
         if not (task.late.any() or task.beside):
-            return self._fenced(question, waypoints=task.ways, total_time=lasts)
+            return self._fenced(question, total_time=lasts)
         spent = float(task.late.sum(axis=1).max())
         if lasts is not None and lasts <= spent:
             raise TimingError(f"of {lasts:g} s {spent:g} s are waits before it and after it")
         if task.early is None:
             with suppress(UnprovedError):
-                alone = self._alone(partial(question, waypoints=task.ways), task, lasts)
+                alone = self._alone(question, task, lasts)
                 inside = show.fence is None or show.fence.margin_of(alone) >= -EXACT
                 if inside and task.is_apart(alone, show.separation.aloft):
                     return alone
-        whole = partial(question, waypoints=task.ways, fixed=task.beside or None, total_time=lasts)
-        planned = self._fenced(whole, holds=list(task.late) if task.late.any() else None)
+        holds = list(task.late) if task.late.any() else None
+        planned = self._fenced(question, fixed=task.beside or None, total_time=lasts, holds=holds)
         return Fleet(planned[: len(task.ways)], report=planned.report)
 
     def _alone(self, question: Callable[..., Fleet], task: FlightTask, lasts: float | None) -> Fleet:
