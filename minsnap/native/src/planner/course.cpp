@@ -199,7 +199,7 @@ Status Course::take_places(const minsnap_problem &given, const double *first, Sa
 Status Course::take_tube(const minsnap_problem &given, Says &says) {
     if (given.widths == nullptr) return Status::done;
     std::int64_t pairs = 0;
-    WallRows to = {};
+    WallRows to;
     for (int writes = 0; writes < 2; ++writes) {
         if (writes == 1 && pairs == 0) break;
         if (writes == 1 && !walls.add(2 * pairs, 0, 0, to)) return says(Status::no_memory, "there is no memory for the corridor");

@@ -10,8 +10,8 @@ namespace minsnap {
 
 // Where the numbers of a new set are written; all zero before.
 struct WallRows {
-    std::int64_t *leg, *at;
-    double *matrix, *anchor, *slope, *radius, *width;
+    std::int64_t *leg = nullptr, *at = nullptr;
+    double *matrix = nullptr, *anchor = nullptr, *slope = nullptr, *radius = nullptr, *width = nullptr;
 };
 
 // Whether a wall holds all along its leg, at one end of it, or at a waypoint, which then stands in the place of the leg.
