@@ -64,17 +64,17 @@ class FileTransfer:
     def __init__(self, link: Link, clock: Clock) -> None:
         self._link, self._clock, self._number, self._silent = link, clock, 0, False
 
-    def find(self, folder: str, size: int, endings: Sequence[str], depth: int = 0) -> list[str]:
-        """Return the paths of all files of a size and an ending in a folder and those within."""
+    def files(self, folder: str, endings: Sequence[str], depth: int = 0) -> dict[str, int]:
+        """Return the files of some endings in a folder and those within: their paths, and their bytes."""
         entries = sorted(self._entries(folder), reverse=True)
-        found = [
-            f"{folder}/{name}"
-            for kind, name, bytes_of in entries
-            if kind == "F" and bytes_of == size and name.lower().endswith(tuple(endings))
-        ]
+        found = {
+            f"{folder}/{name}": size
+            for kind, name, size in entries
+            if kind == "F" and name.lower().endswith(tuple(endings))
+        }
         within = [name for kind, name, _ in entries if kind == "D" and name not in (".", "..")]
         for name in within if depth < TRANSFER.deepest else ():
-            found += self.find(f"{folder}/{name}", size, endings, depth + 1)
+            found |= self.files(f"{folder}/{name}", endings, depth + 1)
         return found
 
     def _entries(self, folder: str) -> Iterator[tuple[str, str, int]]:

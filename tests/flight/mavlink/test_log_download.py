@@ -33,8 +33,8 @@ def test_a_log_that_was_there_before_the_flight_is_not_taken_for_it(vehicle, lin
     with pytest.raises(LinkError, match="has no log of this flight"):
         fresh_logs(link, clock, before)
     vehicle.logs.insert(0, b"of today")
-    (entry,) = fresh_logs(link, clock, before)
-    download_log(link, clock, tmp_path / "flight.ulg", entry=entry)
+    (log,) = fresh_logs(link, clock, before)
+    download_log(link, clock, tmp_path / "flight.ulg", log=log)
     assert (tmp_path / "flight.ulg").read_bytes() == b"of today"
 
 
@@ -75,9 +75,9 @@ def test_of_two_logs_of_one_size_the_right_one_comes(vehicle, link, clock, tmp_p
     """ArduPilot writes whole blocks: a flight was learned from the log of the one before."""
     vehicle.logs = [b"before", *(os.urandom(700) for _ in range(2))]
     vehicle.files = {f"/log/{name}": log for name, log in zip(names, vehicle.logs[1:], strict=True)}
-    for entry in list_logs(link, clock):
-        download_log(link, clock, tmp_path / "flight.bin", entry=entry)
-        assert (tmp_path / "flight.bin").read_bytes() == vehicle.logs[entry.id]
+    for log in list_logs(link, clock):
+        download_log(link, clock, tmp_path / "flight.bin", log=log)
+        assert (tmp_path / "flight.bin").read_bytes() == vehicle.logs[log.number]
 
 
 def test_logs_of_a_flight_that_was_split_come_one_after_another(vehicle, link, clock):
@@ -85,3 +85,23 @@ def test_logs_of_a_flight_that_was_split_come_one_after_another(vehicle, link, c
     before = list_logs(link, clock)
     vehicle.logs += [b"the flight itself", b"on the ground"]
     assert [entry.size for entry in fresh_logs(link, clock, before)] == [13, 17]
+
+
+def test_a_vehicle_that_tells_of_no_log_by_messages_is_asked_for_its_folders(vehicle, link, clock, tmp_path):
+    """PX4 in simulation sent no LOG_ENTRY, and its flights could not be learned from."""
+    vehicle.files = {"/log/2026-11-28/09_00_00.ulg": b"of another day", "/log/2026-11-28/notes.txt": b"no log"}
+    before = list_logs(link, clock)
+    assert [log.path for log in before] == ["/log/2026-11-28/09_00_00.ulg"]
+    with pytest.raises(LinkError, match="has no log of this flight"):
+        fresh_logs(link, clock, before)
+    parts = {"/log/2026-11-29/10_00_00.ulg": os.urandom(900), "/log/2026-11-29/10_05_00.ulg": os.urandom(500)}
+    vehicle.files |= parts
+    fresh = fresh_logs(link, clock, before)
+    assert [log.path for log in fresh] == sorted(parts, reverse=True)
+    for log in fresh:
+        download_log(link, clock, tmp_path / "flight.ulg", log=log)
+        assert (tmp_path / "flight.ulg").read_bytes() == parts[log.path]
+    vehicle.lost_parts = type("Never", (set,), {"__contains__": lambda *_: True, "discard": lambda *_: None})()
+    with pytest.raises(LinkError, match="stopped sending its log /log/2026-11-29/10_05_00.ulg"):
+        download_log(link, clock, tmp_path / "stopped.ulg")
+    assert not (tmp_path / "stopped.ulg").exists()
