@@ -12,6 +12,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.corridors import GatePassage
 
 if TYPE_CHECKING:
+    from minsnap.corridors import ObstacleMargin
     from minsnap.files import FlownMargins, PlanFile
     from minsnap.fleet import FleetTube
     from minsnap.paths.missions import CourseCheck
@@ -29,7 +30,7 @@ def kept_lines(plan: PlanFile) -> Lines:
             (f"corridor{_width(plan)}", f"{_inside(near.value)}, least on leg {near.leg} at {near.instant:.4g} s")
         )
     if beside is not None:
-        lines.append(("obstacles", _clear(beside.value, beside.obstacle, beside.instant)))
+        lines.append(("obstacles", _clear(beside)))
     lines += [(f"gate {passed.gate}", passage_text(passed)) for passed in plan.passages]
     if proof.waypoint_error is not None:
         lines.append(("waypoints", f"passed within {proof.waypoint_error:.3g} m"))
@@ -68,7 +69,7 @@ def flown_lines(plan: PlanFile, flown: FlownMargins) -> Lines:
             (f"corridor{_width(plan)}", f"{_inside(inside.margin)}, on leg {inside.leg} at {inside.instant:.4g} s")
         )
     if near is not None:
-        lines.append(("obstacles", _clear(near.value, near.obstacle, near.instant)))
+        lines.append(("obstacles", _clear(near)))
     lines += [(f"gate {passed.gate}", passage_text(passed)) for passed in flown.gates]
     if flown.stayed_inside is not None:
         lines.append(("stayed inside", "yes, at its samples" if flown.stayed_inside else "no"))
@@ -119,7 +120,7 @@ def _inside(margin: float) -> str:
     return f"inside by {margin:.3g} m" if margin >= 0.0 else f"left by {-margin:.3g} m"
 
 
-def _clear(distance: float, obstacle: int, instant: float) -> str:
-    where = f"obstacle {obstacle}"
-    far = f"clear by {distance:.3g} m of {where}, least" if distance >= 0.0 else f"{-distance:.3g} m inside {where}"
-    return f"{far} at {instant:.4g} s"
+def _clear(near: ObstacleMargin) -> str:
+    if near.value < 0.0:
+        return near.inside
+    return f"clear by {near.value:.3g} m of {near.name}, least at {near.instant:.4g} s"

@@ -93,7 +93,7 @@ def summarise(
         max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
         most; binding: those used up; tube [m], wind and strongest_wind [m/s] of a vehicle in its loop;
-        obstacle_distance [m], obstacle: which one, obstacle_instant [s], obstacle_place.
+        obstacle_distance [m], obstacle: which one, obstacle_name, obstacle_instant [s], obstacle_place.
     """
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-5])
     asked = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "avoid": avoid}
@@ -103,7 +103,8 @@ def summarise(
     known |= {"duration": path.duration, "cost_unit": None}
     known["corridor_margin"] = None if corridor is None else certificate.corridor_margin
     near = certificate.nearest_obstacle
-    known |= {} if near is None else nearest_place(path, near.value, near.instant, near.obstacle)
+    if near is not None:
+        known |= nearest_place(path, near.value, near.instant, near.obstacle) | {"obstacle_name": near.name}
     known["limits"] = [asdict(used) for used in certificate.utilisation]
     known["binding"] = [used.name for used in certificate.utilisation if used.fraction >= BINDING]
     return known | (_of_plan(path) if isinstance(path, minsnap.Trajectory) else {})
@@ -148,7 +149,7 @@ def _beside_obstacle(figures: Mapping[str, Any]) -> str:
 
     from minsnap.basics.checks import point_text
 
-    which = "" if figures.get("obstacle") is None else f" from obstacle {figures['obstacle']}"
+    which = f" from {figures['obstacle_name']}" if figures.get("obstacle_name") else ""
     text = f"{figures['obstacle_distance']:.4g} m{which}, at every instant"
     if figures.get("obstacle_instant") is None:
         return text

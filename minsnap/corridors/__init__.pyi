@@ -23,6 +23,7 @@ from .keep_out import standing_at as standing_at
 from .knot_regions import GatePassage as GatePassage
 from .knot_regions import gate_passages as gate_passages
 from .moving import Moving as Moving
+from .obstacle_margins import ObstacleMargin as ObstacleMargin
 from .occupancy_grid import GridCorridor as GridCorridor
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
 from .occupancy_grid import free_cells as free_cells

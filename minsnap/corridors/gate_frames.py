@@ -2,18 +2,55 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, set_fields
 from minsnap.basics.checks import check_distance, check_positive
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.prism import Prism
 from minsnap.errors import WaypointError
 
 
+@dataclass(frozen=True, eq=False)
+class Bar(Prism):
+    """A bar of the frame around a gate, larger on all sides by what a vehicle needs.
+
+    Parameters
+    ----------
+    polygon, low, high
+        Of the enlarged bar, as ``Prism`` takes them [m].
+    gate : int, optional
+        The number of its gate among the stops of a course.
+    clearance : float
+        By how much it is larger [m].
+    """
+
+    gate: int | None
+    clearance: float
+
+    def __init__(
+        self, polygon: ArrayLike, low: float, high: float, gate: int | None = None, clearance: float = 0.0
+    ) -> None:
+        super().__init__(polygon, low, high)
+        set_fields(self, gate=gate, clearance=float(clearance))
+
+    def called(self, which: int) -> str:
+        """Return what messages call it, where it is obstacle ``which``."""
+        name = f"obstacle {which}" if self.gate is None else f"the frame of gate {self.gate}"
+        return f"{name} and its margin of {self.clearance:g} m" if self.clearance else name
+
+
 def bars_of(
-    center: FloatArray, normal: FloatArray, corners: FloatArray, bar: float, depth: float, clearance: float
-) -> tuple[Prism, ...]:
+    center: FloatArray,
+    normal: FloatArray,
+    corners: FloatArray,
+    bar: float,
+    depth: float,
+    clearance: float,
+    gate: int | None = None,
+) -> tuple[Bar, ...]:
     """Return the bars of a gate, larger by a clearance on all sides; see :meth:`minsnap.Gate.frame`."""
     wide = check_positive("the bar of a frame", bar, "m", WaypointError)
     deep = check_positive("the depth of a frame", depth, "m", WaypointError)
@@ -32,11 +69,14 @@ def bars_of(
     thick = deep / 2.0 + room
     (x, y), (u, v) = inner.tolist(), outer.tolist()
     boxes = [((-u, -v), (-x, v)), ((x, -v), (u, v)), ((-u, -v), (u, -y)), ((-u, y), (u, v))]
-    return tuple(_bar(center, axes, (*low, -thick), (*high, thick)) for low, high in boxes)
+    sides_of = [_box(center, axes, (*low, -thick), (*high, thick)) for low, high in boxes]
+    return tuple(Bar(*sides, gate, room) for sides in sides_of)
 
 
-def _bar(center: FloatArray, axes: FloatArray, low: tuple[float, ...], high: tuple[float, ...]) -> Prism:
-    """Return the box between two corners in a frame one of whose axes is vertical."""
+def _box(
+    center: FloatArray, axes: FloatArray, low: tuple[float, ...], high: tuple[float, ...]
+) -> tuple[FloatArray, float, float]:
+    """Return polygon and ends of the box between two corners in a frame one of whose axes is vertical."""
     upwards = int(np.argmax(np.abs(axes[:, 2])))
     first, second = (k for k in range(3) if k != upwards)
     flat = [
@@ -47,4 +87,4 @@ def _bar(center: FloatArray, axes: FloatArray, low: tuple[float, ...], high: tup
     ]
     polygon = [center[:2] + u * axes[first, :2] + v * axes[second, :2] for u, v in flat]
     ends = sorted((center[2] + low[upwards] * axes[upwards, 2], center[2] + high[upwards] * axes[upwards, 2]))
-    return Prism(np.array(polygon), float(ends[0]), float(ends[1]))
+    return np.array(polygon), float(ends[0]), float(ends[1])

@@ -16,7 +16,7 @@ from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import WaypointError
 
 if TYPE_CHECKING:
-    from minsnap.corridors.prism import Prism
+    from minsnap.corridors.gate_frames import Bar
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +211,9 @@ class Gate(ReadOnly):
             self.margin + check_distance("the distance", distance, WaypointError),
         )
 
-    def frame(self, bar: float, depth: float | None = None, clearance: float = 0.0) -> tuple[Prism, ...]:
+    def frame(
+        self, bar: float, depth: float | None = None, clearance: float = 0.0, number: int | None = None
+    ) -> tuple[Bar, ...]:
         """Return the four bars around a rectangular opening as obstacles for ``avoid=``.
 
         Parameters
@@ -223,6 +225,8 @@ class Gate(ReadOnly):
         clearance : float
             By how much each bar is larger on all sides [m], such as the radius of the vehicle. The margin of the gate
             is at least as large, or the frame takes more of the opening than the margin.
+        number : int, optional
+            Which gate messages call it, such as the number of its waypoint.
 
         Raises
         ------
@@ -231,7 +235,8 @@ class Gate(ReadOnly):
         """
         from minsnap.corridors.gate_frames import bars_of
 
-        return bars_of(self.center, self.normal, self.corners, bar, bar if depth is None else depth, clearance)
+        deep = bar if depth is None else depth
+        return bars_of(self.center, self.normal, self.corners, bar, deep, clearance, number)
 
     @classmethod
     def _of(cls, *fields: Any) -> Gate:

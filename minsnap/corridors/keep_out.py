@@ -15,6 +15,7 @@ import numpy as np
 from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, numbers, set_fields
 from minsnap.basics.checks import check_array, has_method
 from minsnap.basics.messages import shown
+from minsnap.corridors.gate_frames import Bar
 from minsnap.corridors.moving import Moving
 from minsnap.corridors.prism import Prism
 from minsnap.errors import CorridorError
@@ -32,6 +33,19 @@ class Obstacle(Protocol):
 
 Avoided = Obstacle | Moving | Prism
 """What a curve keeps out of: what stands, what moves, and prisms, some of which it keeps inside of."""
+
+
+def called(obstacles: Sequence[Avoided], which: int) -> str:
+    """Return what messages call an obstacle: by its number, or by the gate around which it is."""
+    obstacle = obstacles[which]
+    if isinstance(obstacle, Bar):
+        return obstacle.called(which)
+    return f"{'fence' if is_fence(obstacle) else 'obstacle'} {which}"
+
+
+def is_fence(obstacle: Avoided) -> bool:
+    """Whether its inside is where to stay."""
+    return isinstance(obstacle, Prism) and obstacle.inclusion
 
 
 def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
@@ -163,6 +177,7 @@ NAMED: dict[str, tuple[Callable[[Any], Avoided], str, tuple[int, ...]]] = {
     "cuboid": (lambda n: Cuboid(n[:3], n[3:]), "x, y, z of one corner and of the opposite one", (6,)),
     "prism": (lambda n: _named_prism(n), "the number of corners, x and y of each, and low and high if it has ends", ()),
     "fence": (lambda n: _named_prism(n, True), "the number of corners, x and y of each, and low and high if any", ()),
+    "bar": (lambda n: _named_bar(n), "the gate, -1 for none, by how much it is larger, and the numbers of a prism", ()),
     "moving": (lambda n: _named_rows(n), "radius, growth, 2 or 3, and rows of t and as many coordinates", ()),
     "moving_curve": (
         lambda n: _named_curve(n),
@@ -180,6 +195,14 @@ def _named_prism(n: Sequence[float], inclusion: bool = False) -> Prism:
         raise CorridorError(f"a prism has {len(n)} numbers: give {NAMED['prism'][1]} [m]")
     places, ends = n[1 : 1 + 2 * corners], n[1 + 2 * corners :]
     return Prism(np.reshape(places, (-1, 2)), *ends, inclusion=inclusion)
+
+
+def _named_bar(n: Sequence[float]) -> Bar:
+    """Return a bar of a gate's frame from the number of the gate, by how much it is larger, and its prism."""
+    if len(n) < 2 or n[0] != int(n[0]):
+        raise CorridorError(f"a bar has {len(n)} numbers: give {NAMED['bar'][1]} [m]")
+    prism = _named_prism(n[2:])
+    return Bar(prism.polygon, prism.low, prism.high, None if n[0] < 0 else int(n[0]), n[1])
 
 
 def _named_rows(n: Sequence[float]) -> Moving:
@@ -237,6 +260,8 @@ def name_of(obstacle: Avoided) -> tuple[str, list[float]]:
     if isinstance(obstacle, Prism):
         ends = [] if isinf(obstacle.low) and isinf(obstacle.high) else [obstacle.low, obstacle.high]
         places = [float(len(obstacle.polygon)), *obstacle.polygon.ravel().tolist()]
+        if isinstance(obstacle, Bar):
+            return "bar", [-1.0 if obstacle.gate is None else float(obstacle.gate), obstacle.clearance, *places, *ends]
         return "fence" if obstacle.inclusion else "prism", [*places, *ends]
     raise CorridorError(f"an obstacle of kind {type(obstacle).__name__} has no description: give one of the library's")
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors.keep_out import Avoided, called, is_fence
 from minsnap.corridors.moving import Moving, keeps_margin, nearest_moving
 from minsnap.corridors.prism import Prism, keeps_from_prism, nearest_prism
 from minsnap.native.fleet_border import FleetArrays, clearances
@@ -32,16 +32,32 @@ class ObstacleMargin:
         Which one, from 0.
     instant : float
         When [s].
+    name : str
+        What messages call it: ``"obstacle 3"``, ``"fence 0"``, ``"the frame of gate 1 and its margin of 0.2 m"``.
+    fence : bool
+        Whether its inside is where to stay.
     """
 
     value: float
     obstacle: int
     instant: float
+    name: str
+    fence: bool
+
+    @classmethod
+    def of(cls, value: float, which: int, instant: float, obstacles: Sequence[Avoided]) -> ObstacleMargin:
+        """Return the margin to one of several obstacles, with its name."""
+        return cls(value, which, instant, called(obstacles, which), is_fence(obstacles[which]))
+
+    @property
+    def beyond(self) -> str:
+        """How deep inside of which obstacle, or outside of which fence, the trajectory is, in words."""
+        return f"{-self.value:.3g} m {'outside' if self.fence else 'inside'} {self.name}"
 
     @property
     def inside(self) -> str:
-        """How far inside of which obstacle the trajectory is, and when, in words."""
-        return f"{-self.value:.3g} m inside obstacle {self.obstacle} at {self.instant:.4g} s"
+        """The same, and when."""
+        return f"{self.beyond} at {self.instant:.4g} s"
 
 
 def nearest_obstacle(curve: Trajectory, obstacles: Sequence[Avoided]) -> ObstacleMargin:
@@ -50,14 +66,14 @@ def nearest_obstacle(curve: Trajectory, obstacles: Sequence[Avoided]) -> Obstacl
     for which, each in enumerate(obstacles):
         if isinstance(each, Moving | Prism):
             near = nearest_moving(curve, each) if isinstance(each, Moving) else nearest_prism(curve, each)
-            found.append(ObstacleMargin(near.value, which, near.instant))
+            found.append(ObstacleMargin.of(near.value, which, near.instant, obstacles))
         else:
             still.append(which)
     if still:
         arrays = FleetArrays([in_space(curve.control_points)], [curve.breaks])
         table = np.stack([obstacles[which].numbers() for which in still])  # type: ignore[union-attr]
         values, instants, which_still = clearances(arrays, table, FINEST, 1)
-        found.append(ObstacleMargin(float(values[0]), still[int(which_still[0])], float(instants[0])))
+        found.append(ObstacleMargin.of(float(values[0]), still[int(which_still[0])], float(instants[0]), obstacles))
     return min(found, key=lambda near: near.value)
 
 

@@ -82,7 +82,7 @@ def _nearest(plan: PlanFile, t: Any, flight: Samples) -> ObstacleMargin | None:
         ]
     )
     which, sample = np.unravel_index(distances.argmin(), distances.shape)
-    return ObstacleMargin(float(distances[which, sample]), int(which), float(t[sample]))
+    return ObstacleMargin.of(float(distances[which, sample]), int(which), float(t[sample]), plan.avoid)
 
 
 def _passages(plan: PlanFile, t: Any, flight: Samples) -> tuple[GatePassage, ...]:

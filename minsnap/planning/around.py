@@ -21,7 +21,7 @@ from minsnap.corridors.half_spaces import one_sided
 from minsnap.corridors.keep_out import Avoided, clearance_of
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.moving import Moving
-from minsnap.corridors.obstacle_margins import in_space, nearest_obstacle
+from minsnap.corridors.obstacle_margins import ObstacleMargin, in_space, nearest_obstacle
 from minsnap.corridors.prism import Prism
 from minsnap.corridors.tangent_polytopes import TANGENT, polytopes_along
 from minsnap.corridors.way_around import Inside, Kept, cells_around, way_around
@@ -74,9 +74,8 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
             else:
                 depth, give = -float(obstacle.clearances(point, 0.0)), " at 0 s: begin elsewhere, or later"
             if depth > EXACT:
-                fence = isinstance(obstacle, Prism) and obstacle.inclusion
-                inside = f"is {depth:.3g} m {'outside fence' if fence else 'inside obstacle'} {which}"
-                raise CorridorError(f"waypoint {index}, {point_text(point)}, {inside}{give}")
+                beyond = ObstacleMargin.of(-depth, which, 0.0, obstacles).beyond
+                raise CorridorError(f"waypoint {index}, {point_text(point)}, is {beyond}{give}")
     still = [each for each in obstacles if not isinstance(each, Moving)]
     moving = tuple(each for each in obstacles if isinstance(each, Moving))
     first = _plan_around(task, timing, still) if still else plan_timed(task, timing)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from minsnap.corridors.gate_frames import Bar
 from minsnap.corridors.gates import Gate
-from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors.keep_out import Avoided, called
 from minsnap.corridors.knot_regions import gate_passages
 from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -20,7 +21,7 @@ def near_notes(
 ) -> tuple[str, ...]:
     """Return sentences about gates and obstacles that are passed nearer than a vehicle's radius.
 
-    A gate with a margin, and one that is nowhere so narrow, is passed as it is meant.
+    A gate with a margin, its frame too, and one that is nowhere so narrow, is passed as it is meant.
 
     Parameters
     ----------
@@ -50,12 +51,17 @@ def _of_gates(curve: Trajectory, gates: Mapping[int, Gate], radius: float) -> li
 
 
 def _of_obstacles(curve: Trajectory, obstacles: Sequence[Avoided], radius: float) -> list[str]:
-    if not obstacles:
+    open_ones = [which for which, each in enumerate(obstacles) if not (isinstance(each, Bar) and each.clearance)]
+    if not open_ones:
         return []
-    near = nearest_obstacle(curve, obstacles)
+    near = nearest_obstacle(curve, [obstacles[which] for which in open_ones])
     if near.value >= radius:
         return []
-    return [
-        f"the path passes obstacle {near.obstacle} {max(near.value, 0.0):.2g} m from its surface at {near.instant:.4g} "
-        f"s: unless its size has room for the vehicle's radius, such as {radius:g} m, make it larger"
-    ]
+    which = open_ones[near.obstacle]
+    passed = f"the path passes {called(obstacles, which)} {max(near.value, 0.0):.2g} m from its surface"
+    if isinstance(obstacles[which], Bar):
+        advice = f", nearer than a vehicle's radius of {radius:g} m: give the gate a margin"
+    else:
+        size = "smaller" if near.fence else "larger"
+        advice = f": unless its size has room for the vehicle's radius, such as {radius:g} m, make it {size}"
+    return [f"{passed} at {near.instant:.4g} s{advice}"]

@@ -525,7 +525,7 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     named = [f"{where}: {key} {i}" for key in ("waypoints", "gates") for i in range(len(content.get(key, ())))]
     stops = [_stop(name, entry, ball, margin) for name, entry, ball in zip(named, entries, balls, strict=True)]
     framed = {name: content[name] for name in FRAMED if name in content}
-    bars = [bar for stop, entry in zip(stops, entries, strict=True) for bar in _frame(stop, framed, entry)]
+    bars = [bar for number, entry in enumerate(entries) for bar in _frame(number, stops[number], framed, entry)]
     values = {field.name: content[field.name] for field in fields(Course) if field.name in content}
     boxes = Boxes(**content["boxes"]) if "boxes" in content else None
     own: dict[str, Any] = {"limits": _limits(path.parent, content), "boxes": boxes}
@@ -534,12 +534,12 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     return Course(tuple(stops), **{"name": path.stem} | values | own)
 
 
-def _frame(stop: Stop, framed: Mapping[str, Any], entry: Any) -> tuple[Avoided, ...]:
+def _frame(number: int, stop: Stop, framed: Mapping[str, Any], entry: Any) -> tuple[Avoided, ...]:
     """Return the bars of one gate, where it has any."""
     own = dict(framed) | ({name: entry[name] for name in FRAMED if name in entry} if isinstance(entry, dict) else {})
     if stop.gate is None or "frame" not in own:
         return ()
-    return stop.gate.frame(own["frame"], own.get("frame_depth"), stop.gate.margin)
+    return stop.gate.frame(own["frame"], own.get("frame_depth"), stop.gate.margin, number)
 
 
 def stop_of(where: str, content: Any) -> Stop:

@@ -290,7 +290,7 @@ def _beside(content: Trajectory | Samples, curve: Trajectory, course: Course, st
     if course.obstacles:
         near = nearest_obstacle(curve, course.obstacles)
         if near.value < 0.0:
-            yield f"the flight is {-near.value:.3g} m inside obstacle {near.obstacle}, at {near.instant:.6g} s"
+            yield f"the flight is {near.beyond}, at {near.instant:.6g} s"
     if course.tube is not None:
         samples = content.sample(100.0) if isinstance(content, Trajectory) else content
         try:

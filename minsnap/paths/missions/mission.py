@@ -489,7 +489,7 @@ def _vertical(name: str, start: FloatArray, goal: FloatArray, course: Course, sp
     near = nearest_obstacle(curve, course.obstacles) if course.obstacles else None
     if near is not None and near.value < -EXACT:
         raise WaypointError(
-            f"the {name} is straight, and it is {-near.value:.3g} m inside obstacle {near.obstacle} at "
+            f"the {name} is straight, and it is {near.beyond} at "
             f"{point_text(curve(near.instant))} m: begin or end the course beside it, or say where the ground is"
         )
     return _Flown(curve, ((name, 0.0),))

@@ -44,7 +44,7 @@ def translated_track(where: str, content: Any) -> dict[str, Any]:
     where = f"{where}: env.track"
     size = track.get("gate_size", {})
     width, height = (_number(f"{where}.gate_size.{name}", size.get(name, OPENING)) for name in ("width", "height"))
-    gates, avoid = [], []
+    gates, posts, poles = [], list[dict[str, Any]](), list[dict[str, Any]]()
     for number, gate in enumerate(_rows(where, track, "gates")):
         named = f"{where}.gates {number}"
         center, (roll, pitch, yaw) = _three(f"{named}: pos", gate.get("pos")), _three(f"{named}: rpy", gate.get("rpy"))
@@ -61,10 +61,10 @@ def translated_track(where: str, content: Any) -> dict[str, Any]:
             }
         )
         foot = center[2] - height / 2.0 - BAR
-        avoid += [{"cylinder": [*center[:2], hypot(POST, POST) + RADIUS, -1.0, foot]}] * (foot > -1.0)
+        posts += [{"cylinder": [*center[:2], hypot(POST, POST) + RADIUS, -1.0, foot]}] * (foot > -1.0)
     for number, pole in enumerate(_rows(where, track, "obstacles")):
         place = _three(f"{where}.obstacles {number}: pos", pole.get("pos"))
-        avoid.append({"cylinder": [*place[:2], POLE + RADIUS, -1.0, place[2] + POLE + RADIUS]})
+        poles.append({"cylinder": [*place[:2], POLE + RADIUS, -1.0, place[2] + POLE + RADIUS]})
     drones = _rows(where, track, "drones")
     starts = [
         {"x": x, "y": y, "z": z} for x, y, z in (_three(f"{where}.drones 0: pos", one.get("pos")) for one in drones[:1])
@@ -74,7 +74,7 @@ def translated_track(where: str, content: Any) -> dict[str, Any]:
         "frame": BAR,
         "frame_depth": DEPTH,
         "margin": RADIUS,
-        "avoid": avoid + _fence(where, track),
+        "avoid": poles + posts + _fence(where, track),
     }
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import FileError, WaypointError
+from minsnap.corridors.keep_out import called, name_of, named_obstacle
+from minsnap.errors import CorridorError, FileError, WaypointError
 
 TRACK = """
 [env.track]
@@ -109,3 +110,41 @@ margin: 0.1
     assert len(bars) == 8
     widths = [np.ptp(corners[:, 1]) for corners in (bars[0], bars[4])]
     assert np.allclose(widths, [0.3 + 2 * 0.1, 0.1 + 2 * 0.2])
+
+
+FRAMED = """
+waypoints:
+  - [0, 0, 1]
+  - {center: [2, 0, 1], heading_deg: 0, width: 1.0, frame: 0.3}
+  - [6, 1, 1]
+avoid:
+  - cylinder: [9, 9, 0.2]
+"""
+
+
+def test_frames_are_called_by_their_gates(tmp_path):
+    """The note said "obstacle 15", which nobody gave, and asked for a margin that was there."""
+    (tmp_path / "framed.yaml").write_text(FRAMED)
+    bare = minsnap.plan_mission(minsnap.read_course(tmp_path / "framed.yaml"))
+    near = next(note for note in bare.notes if "frame" in note)
+    assert near.startswith("the path passes the frame of gate 1 0.") and near.endswith(": give the gate a margin")
+    (tmp_path / "framed.yaml").write_text(FRAMED + "margin: 0.2\n")
+    course = minsnap.read_course(tmp_path / "framed.yaml")
+    mission = minsnap.plan_mission(course)
+    assert not any("frame" in note or "obstacle" in note for note in mission.notes)
+    beside = minsnap.certify(mission.trajectory, avoid=course.obstacles).nearest_obstacle
+    assert beside.obstacle > 0 and beside.name == "the frame of gate 1 and its margin of 0.2 m"
+    again = [named_obstacle(*name_of(bar)) for bar in course.obstacles]
+    assert [called(again, which) for which in range(5)] == ["obstacle 0", *[beside.name] * 4]
+    (tmp_path / "inside.yaml").write_text(FRAMED.replace("[6, 1, 1]", "[2, 0.6, 1]"))
+    with pytest.raises(CorridorError, match=r"waypoint 2, .*, is 0.1 m inside the frame of gate 1: move it"):
+        minsnap.plan_mission(minsnap.read_course(tmp_path / "inside.yaml"))
+
+
+def test_bars_without_a_gate_and_fences_have_numbers():
+    bars = minsnap.Gate((0, 0, 1), (1, 0, 0), 1.0).frame(0.1, clearance=0.2)
+    fence = minsnap.Prism([(-9, -9), (9, -9), (9, 9), (-9, 9)], inclusion=True)
+    again = [named_obstacle(*name_of(each)) for each in (*bars, fence)]
+    assert called(again, 3) == "obstacle 3 and its margin of 0.2 m" and called(again, 4) == "fence 4"
+    leaving = minsnap.certify(minsnap.plan([(0, 0, 1), (9.5, 0, 1)], durations=[9.0]), avoid=fence)
+    assert leaving.nearest_obstacle.inside.startswith("0.5 m outside fence 0 at")
