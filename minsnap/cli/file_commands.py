@@ -199,12 +199,11 @@ def _table(axes: tuple[AxisFigures, ...]) -> str:
 
 
 def separation_of(
-    fleet: minsnap.Fleet, separation: float | None, downwash: float | None, ground: float | None = None
+    own: minsnap.Separation | None, separation: float | None, downwash: float | None, ground: float | None = None
 ) -> minsnap.Separation | None:
-    """Return the separation of a fleet, with what is given in place of its own; None where neither says one."""
+    """Return a fleet's own separation with what is given in place of it; None where neither says one."""
     if separation is not None:
         return minsnap.Separation(separation, 1.0 if downwash is None else downwash, ground=ground)
-    own = fleet.separation
     if own is None or (downwash is None and ground is None):
         return own
     heights, stands = own.downwash if downwash is None else downwash, own.ground if ground is None else ground
@@ -223,7 +222,7 @@ def check_fleet(
 ) -> int:
     """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
     fleet = minsnap.shows.read_fleet(path, between=True, frame=frame)
-    apart = separation_of(fleet, separation, downwash, ground)
+    apart = separation_of(fleet.separation, separation, downwash, ground)
     if apart is None:
         raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
     certificate = minsnap.certify_fleet(fleet, apart, tracking=loop, wind=wind)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,13 +14,13 @@ import typer
 
 import minsnap
 from minsnap.basics.messages import labelled
-from minsnap.basics.storage.atomic import check_destination, refuse_source
+from minsnap.basics.storage.atomic import check_destination, check_folder, refuse_source
 from minsnap.basics.storage.text import name_as_text
 from minsnap.cli import options
 from minsnap.cli.app import command, tell
 from minsnap.cli.file_commands import separation_of
 from minsnap.cli.output import on_terminal
-from minsnap.errors import FileError, InputError
+from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.files.formats import Lights
@@ -59,53 +59,35 @@ def fleet(
     limits. Each planned flight is kept in FOLDER/flights; a run that was killed continues from there. Ctrl-C ends the
     search for one flight with the best so far. Exit status 1 if the files violate a condition of the show.
     """
-    from minsnap.plot.animation import animate_fleet, check_animation_name
-    from minsnap.plot.pages import check_page_name
+    from minsnap.plot.animation import animate_fleet
     from minsnap.shows.firmware_take_off import take_off_note
-    from minsnap.shows.fleet_files import KINDS, MANIFEST, RETURNING, read_fleet, write_fleet
+    from minsnap.shows.fleet_files import RETURNING, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import SKYBRUSH, fly
-    from minsnap.shows.show_exports import check_export, export_show
-    from minsnap.shows.skyc import ShowSheet
+    from minsnap.shows.show_exports import export_show
 
-    if to not in KINDS:
-        raise typer.BadParameter(f"{to!r} is none of {', '.join(KINDS)}", param_hint="--to")
-    if animate is not None:
-        check_animation_name(animate)
-    if report is not None:
-        check_page_name(report)
-    described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration, slower)
-    if returns and described.turns is not None:
-        raise InputError("--returns needs homes that are as far apart as vehicles in flight: these are left in turn")
     exports = list(export or [])
     if output is not None and output.suffix.lower() == ".zip":
         exports.append(output)
         output = output.with_suffix("")
-        tell(f"{exports[-1]} is to be played; what is proved lies in {output}")
-    for file in exports:
-        check_export(file, ShowSheet(origin=described.origin))
-    if preview is not None:
-        _draw_acts(described, preview, show, clobber=not no_clobber)
-    if output is None and preview is not None and not (report or animate or exports or returns or without):
-        return 0
-    if output is None:
-        raise InputError("a show is written into a folder: give -o FOLDER, or --preview FILE alone")
-    if output.is_file():
-        raise FileError(f"{output} is a file: give the name of a folder")
-    if output.suffix.lower() == ".skyc":
-        raise InputError(f"{output} would be a folder: give another name; --to skyc writes show.skyc into it")
+    _check_names(show, to, report, animate, preview, exports)
+    described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration, slower)
+    missing = [] if without is None else _missing(without)
+    _check_described(described, to, exports, missing, returns=returns)
     pages = [*filter(None, (report, animate)), *exports]
-    for page in pages:
-        refuse_source(page, show)
-        if page.parent.resolve() != output.resolve():
-            check_destination(page, clobber=not no_clobber)
-    place = output / "show.skyc" if to == "skyc" else output
-    if output.is_dir():
-        check_destination(place if to == "skyc" else place / MANIFEST, clobber=not no_clobber)
+    drawn_alone = preview is not None and output is None and not (pages or returns or missing)
+    if output is None and not drawn_alone:
+        raise InputError("a show is written into a folder: give -o FOLDER, or --preview FILE alone")
+    place = Path() if output is None else _check_places(output, to, pages, clobber=not no_clobber)
+    if preview is not None:
+        _draw_acts(described, preview, clobber=not no_clobber)
+    if output is None:
+        return 0
+    if exports and exports[-1].with_suffix("") == output:
+        tell(f"{exports[-1]} is to be played; what is proved lies in {output}")
     progress, title = on_terminal(quiet=False), name_as_text(show.stem)
     flown = fly(described, output / "flights", tell, progress, to) if of_frames is None else of_frames
-    if without is not None:
-        flown = flown.without(_missing(without))
+    flown = flown.without(missing)
     sheet = flown.sheet(described, title)
     home = _home(described, flown.fleet, to) if returns else (None, None)
     written = write_fleet(
@@ -114,8 +96,6 @@ def fleet(
         returns=home[0] if to in RETURNING else None,
         clobber=not no_clobber,
     )
-    for page in pages:
-        refuse_source(page, *written.files)
     held = read_fleet(place)
     certificates = _certified(described, flown.fleet, held, to)
     late = take_off_note(held) if to in SKYBRUSH else None
@@ -130,6 +110,69 @@ def fleet(
         animate_fleet(certificates[0].fleet, animate, clobber=not no_clobber, progress=progress)
     print("\n".join([_summary(safety, place), *(f"note: {sentence}" for sentence in written.notes)]))
     return 0 if safety.ok else 1
+
+
+def _check_names(
+    show: Path, to: str, report: Path | None, animate: Path | None, preview: Path | None, exports: Sequence[Path]
+) -> None:
+    """Refuse a format that is not known, endings that are not written, and one file for two things."""
+    from minsnap.plot.animation import check_animation_name
+    from minsnap.plot.figures import check_figure_name
+    from minsnap.plot.pages import check_page_name
+    from minsnap.shows.fleet_files import KINDS
+    from minsnap.shows.show_exports import check_export_name
+
+    if to not in KINDS:
+        raise typer.BadParameter(f"{to!r} is none of {', '.join(KINDS)}", param_hint="--to")
+    checks: list[tuple[Path | None, Callable[[Path], object]]] = [
+        (report, check_page_name),
+        (animate, check_animation_name),
+        (preview, check_figure_name),
+        *((file, check_export_name) for file in exports),
+    ]
+    taken = set()
+    for file, check in checks:
+        if file is None:
+            continue
+        refuse_source(file, show)
+        check(file)
+        if file.resolve() in taken:
+            raise InputError(f"{file} is to be written twice: give each file a name of its own")
+        taken.add(file.resolve())
+
+
+def _check_described(
+    described: Show, to: str, exports: Sequence[Path], missing: Sequence[int], *, returns: bool
+) -> None:
+    """Refuse what a show has not: vehicles, a place on the earth, homes to which all can return at once."""
+    from minsnap.shows.crazyswarm_folder import refuse_many
+    from minsnap.shows.show import those_left
+    from minsnap.shows.show_exports import check_export
+    from minsnap.shows.skyc import ShowSheet
+
+    left = those_left(len(described.home), missing)
+    if to == "crazyswarm2":
+        refuse_many(len(left))
+    if returns and described.turns is not None:
+        raise InputError("--returns needs homes that are as far apart as vehicles in flight: these are left in turn")
+    for file in exports:
+        check_export(file, ShowSheet(origin=described.origin))
+
+
+def _check_places(output: Path, to: str, pages: Sequence[Path], *, clobber: bool) -> Path:
+    """Return what is written, a folder or a show in it; refuse places that cannot be, or must not be, written to."""
+    from minsnap.shows.fleet_files import MANIFEST
+
+    if output.suffix.lower() == ".skyc":
+        raise InputError(f"{output} would be a folder: give another name; --to skyc writes show.skyc into it")
+    check_folder(output)
+    for page in pages:
+        if output.is_dir() or page.parent.resolve() != output.resolve():
+            check_destination(page, clobber=clobber)
+    place = output / "show.skyc" if to == "skyc" else output
+    if output.is_dir():
+        check_destination(place if to == "skyc" else place / MANIFEST, clobber=clobber)
+    return place
 
 
 def _described(
@@ -158,11 +201,10 @@ def _described(
     return show_of_frames(file, apart, limits, slower=1.0 if slower is None else slower)
 
 
-def _draw_acts(show: Show, picture: Path, source: Path, *, clobber: bool) -> None:
+def _draw_acts(show: Show, picture: Path, *, clobber: bool) -> None:
     from minsnap.plot import save_figure
     from minsnap.shows.preview import draw_preview, pictures_of
 
-    refuse_source(picture, source)
     save_figure(draw_preview(pictures_of(show)), picture, clobber=clobber)
     tell(f"{picture} shows the acts")
 
@@ -261,16 +303,16 @@ def studio(
     """
     import webbrowser
 
+    from minsnap.studio.browser_page import check_server
     from minsnap.studio.fleet_studio import FleetStudio
 
-    fleet = None if file is None else _fleet(file, separation, downwash, folder)
-    if fleet is not None and obstacles is not None:
-        raise InputError(f"{file} is a fleet, whose page shows no --obstacles: leave them out")
+    if clearance is not None and obstacles is None:
+        raise InputError(f"--clearance {clearance:g} is around obstacles: give --obstacles FILE with it")
+    check_server(host, port)
+    fleet = None if file is None else _fleet(file, separation, downwash, folder, obstacles)
     ended = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: ended.set())
-    if clearance is not None and obstacles is None:
-        raise InputError(f"--clearance {clearance:g} is around obstacles: give --obstacles FILE with it")
     scene = partial(_page, file, folder, host, port, obstacles, clearance)
     page = scene() if fleet is None else FleetStudio(fleet[0], host, port, fleet[1])
     try:
@@ -283,21 +325,19 @@ def studio(
         page.close()
 
 
-def _flown_of(file: Path, folder: Path) -> tuple[minsnap.Fleet, Sequence[Lights | None]]:
+def _flown_of(show: Show, folder: Path) -> tuple[minsnap.Fleet, Sequence[Lights | None]]:
     """Return what flies of a show: the files that a folder holds of it, else the flights planned for a ``.skyc``."""
     from minsnap.shows.fleet_files import MANIFEST, read_fleet, read_lights
     from minsnap.shows.show import fly
-    from minsnap.shows.show_yaml import read_show
 
-    show, kept = read_show(file), folder / "flights"
+    kept = folder / "flights"
     written = folder.is_dir() and ((folder / MANIFEST).is_file() or (folder / "show.skyc").is_file())
     if written and kept.is_dir():
         place = folder if (folder / MANIFEST).is_file() else folder / "show.skyc"
         held, lights = read_fleet(place), read_lights(place)
         if len(held) == len(show.home):
             tell(f"{place} is what is shown")
-            named = replace(held, separation=show.separation)
-            return named, fly(show, kept).lights if lights is None else lights
+            return held, fly(show, kept).lights if lights is None else lights
     flown = fly(show, kept if kept.is_dir() else None, tell, to="skyc")
     return flown.fleet, flown.lights
 
@@ -318,22 +358,26 @@ def _page(
 
 
 def _fleet(
-    file: Path, separation: float | None, downwash: float | None, folder: Path
+    file: Path, separation: float | None, downwash: float | None, folder: Path, obstacles: Path | None = None
 ) -> tuple[minsnap.Fleet, Sequence[Lights | None] | None] | None:
     """Return the fleet of a folder, a ``.skyc`` or a show, and its lights; None for a scene."""
     from minsnap.shows.fleet_files import is_fleet, read_fleet, read_lights
-    from minsnap.shows.show_yaml import is_show
+    from minsnap.shows.show_yaml import is_show, read_show
 
-    lights: Sequence[Lights | None] | None = None
-    if is_fleet(file):
-        fleet, lights = read_fleet(file), read_lights(file)
-    elif is_show(file):
-        fleet, lights = _flown_of(file, folder)
-    elif separation is not None or downwash is not None:
-        raise InputError(f"{file} is one vehicle: --separation and --downwash are for a fleet")
-    else:
+    held, described = is_fleet(file), not is_fleet(file) and is_show(file)
+    if not (held or described):
+        if separation is not None or downwash is not None:
+            raise InputError(f"{file} is one vehicle: --separation and --downwash are for a fleet")
         return None
-    apart = separation_of(fleet, separation, downwash)
+    if obstacles is not None:
+        raise InputError(f"{file} is a fleet, whose page shows no --obstacles: leave them out")
+    if described:
+        show = read_show(file)
+        apart = separation_of(show.separation, separation, downwash)  # before anything is planned
+        fleet, lights = _flown_of(show, folder)
+        return replace(fleet, separation=apart), lights
+    fleet = read_fleet(file)
+    apart = separation_of(fleet.separation, separation, downwash)
     if apart is None and downwash is not None:
         raise InputError(f"{file} does not say how far apart its vehicles must be: --downwash needs --separation")
-    return replace(fleet, separation=apart), lights
+    return replace(fleet, separation=apart), read_lights(file)

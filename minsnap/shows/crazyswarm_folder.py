@@ -44,6 +44,12 @@ def refuse_long(pieces: int, what: str = "") -> None:
         raise FileError(f"{text}: write it --to csv, which minsnap upload flies in parts")
 
 
+def refuse_many(vehicles: int) -> None:
+    """Raise FileError if there are more vehicles than addresses."""
+    if vehicles > MOST_ADDRESSES:
+        raise FileError(f"{vehicles} vehicles: one radio network of crazyswarm2 tells {MOST_ADDRESSES} apart")
+
+
 @dataclass(frozen=True)
 class Robot:
     """A vehicle of ``crazyflies.yaml``.
@@ -109,8 +115,7 @@ def crazyswarm_files(fleet: Fleet) -> tuple[dict[str, str], tuple[str, ...]]:
     FleetError
         If no ways to the starts and to the ground are proved apart.
     """
-    if len(fleet) > MOST_ADDRESSES:
-        raise FileError(f"{len(fleet)} vehicles: one radio network of crazyswarm2 tells {MOST_ADDRESSES} apart")
+    refuse_many(len(fleet))
     places = find_standing_places(fleet)
     approach = approach_of(fleet, places)
     aside = np.flatnonzero(np.linalg.norm(places[:, :2] - fleet(0.0)[:, :2], axis=1) > ASIDE)

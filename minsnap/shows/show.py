@@ -41,6 +41,17 @@ DARK = Lights(np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=bool))
 """Lights of a vehicle that stays on the ground."""
 
 
+def those_left(vehicles: int, missing: Sequence[int]) -> list[int]:
+    """Return which of so many vehicles are not missing; raise FleetError where none is, or one is not there."""
+    for vehicle in missing:
+        if not 0 <= vehicle < vehicles:
+            raise FleetError(f"there is no vehicle {vehicle}: they are 0 to {vehicles - 1}")
+    left = [i for i in range(vehicles) if i not in missing]
+    if not left:
+        raise FleetError(f"all {vehicles} vehicles are missing: leave some")
+    return left
+
+
 @dataclass(frozen=True, eq=False)
 class FlownShow:
     """A show as trajectories.
@@ -65,13 +76,7 @@ class FlownShow:
         FleetError
             If there is no such vehicle, or none is left.
         """
-        count = len(self.fleet)
-        for vehicle in missing:
-            if not 0 <= vehicle < count:
-                raise FleetError(f"there is no vehicle {vehicle}: they are 0 to {count - 1}")
-        left = [i for i in range(count) if i not in missing]
-        if not left:
-            raise FleetError(f"all {count} vehicles are missing: leave some")
+        left = those_left(len(self.fleet), missing)
         names = tuple(self.fleet.name(i) for i in left)
         fleet = Fleet(tuple(self.fleet[i] for i in left), names, self.fleet.separation)
         return FlownShow(fleet, tuple(self.lights[i] for i in left), self.stages)

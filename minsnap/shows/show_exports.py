@@ -39,13 +39,20 @@ LONGEST_DAY = 86_400.0
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 
 
-def check_export(path: FileName, sheet: ShowSheet | None = None) -> None:
-    """Refuse an ending that is none of ``EXPORTS``, and a KMZ of a show that says no place on the earth."""
+def check_export_name(path: FileName) -> str:
+    """Return the ending of an export in lower case; refuse one that is none of ``EXPORTS``."""
     ending = Path(path).suffix.lower()
     if ending not in EXPORTS:
         raise FileError(f"{path} does not end in {', '.join(EXPORTS)}")
+    return ending
+
+
+def check_export(path: FileName, sheet: ShowSheet | None = None) -> str:
+    """Return the ending; refuse others, and a KMZ of a show that says no place on the earth."""
+    ending = check_export_name(path)
     if ending == ".kmz" and (sheet is None or sheet.origin is None):
         raise FileError(f"{path} needs a place on the earth: give the show an origin: {{latitude, longitude}}")
+    return ending
 
 
 def export_show(
@@ -74,8 +81,7 @@ def export_show(
     FileError
         If the ending is another, or a KMZ has no origin or is longer than a day.
     """
-    check_export(path, sheet)
-    ending = Path(path).suffix.lower()
+    ending = check_export(path, sheet)
     if ending == ".zip":
         write_csv_show(fleet, path, lights, clobber=clobber)
         return

@@ -55,16 +55,22 @@ def start_server(host: str = LOOPBACK, port: int = PORT) -> viser.ViserServer:
     ImportError
         If viser is not there.
     """
-    opened = optional("viser", "the studio needs viser", "studio").ViserServer
-    check_free(host, port)
+    opened = check_server(host, port)
     with contextlib.redirect_stdout(io.StringIO()):
-        server: viser.ViserServer = opened(host=host, port=port, verbose=False)
+        server = opened(host=host, port=port, verbose=False)
     if port and server.get_port() != port:
         stop_server(server)
         raise _taken(host, port)
     server.request_share_url = lambda verbose=True: None  # type: ignore[method-assign]
     _refuse_other_pages(server, host)
     return server
+
+
+def check_server(host: str, port: int) -> Callable[..., viser.ViserServer]:
+    """Return what opens a server, or raise ImportError where viser is not there, LinkError where it cannot listen."""
+    opened: Callable[..., viser.ViserServer] = optional("viser", "the studio needs viser", "studio").ViserServer
+    check_free(host, port)
+    return opened
 
 
 def stop_server(server: viser.ViserServer) -> None:

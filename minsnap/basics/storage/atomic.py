@@ -91,6 +91,23 @@ def make_folder(path: FileName) -> Path:
     return Path(path)
 
 
+def check_folder(path: FileName) -> Path:
+    """Return a folder that is there, or can be made, or raise FileError where none can be written to; none is made."""
+    place = Path(os.path.realpath(path))
+    try:
+        os.stat(place)
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise FileError(f"{path} is no folder that can be written to: {error.strerror}") from error
+    there = next(each for each in (place, *place.parents) if each.exists())
+    if not there.is_dir():
+        raise FileError(f"{path} is a file: give the name of a folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise FileError(f"{path} is no folder that can be written to: {there} is read-only")
+    return place
+
+
 def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     """Return the file that a name refers to, with links resolved.
 
