@@ -6,7 +6,7 @@ Where the grid has no way, finer ones are tried.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -39,6 +39,8 @@ class AroundSettings:
         Cells that this may lead to.
     finer, most : int, int
         How often cells are halved where there is no way, and how many there are at most.
+    coarser : float
+        Factor by which sides of cells grow until there are no more than that.
     beside : float
         Room around ends and obstacles, in cells.
     tried : int
@@ -54,6 +56,7 @@ class AroundSettings:
     many: int = 600_000
     finer: int = 3
     most: int = 3_000_000
+    coarser: float = 1.1
     beside: float = 4.0
     tried: int = 200
     straightened: int = 12
@@ -104,20 +107,14 @@ def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside |
         return straight
     if clear_lines(kept, straight[None], 0.0)[0] and (inside is None or inside(_along(straight)).all()):
         return straight
-    size = _first_size(kept, straight)
-    for _ in range(1 + AROUND.finer):
-        grid = FreeCells(kept, straight, size, inside)
-        way = grid.way(start, goal) if grid.free.size <= AROUND.most else None
-        if way is not None:
-            return way
-        size *= 0.5
-    return None
+    ways = (cells.way(start, goal) for cells in cells_around(kept, start, goal, inside))
+    return next((way for way in ways if way is not None), None)
 
 
-def cells_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None) -> FreeCells:
-    """Return the cells in which a way is looked for first."""
+def cells_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None) -> Iterator[FreeCells]:
+    """Return the cells in which a way is looked for, finer ones after the first."""
     straight = np.stack((start, goal))
-    return FreeCells(kept, straight, _first_size(kept, straight), inside)
+    return (FreeCells(kept, straight, size, inside) for size in _sizes(kept, straight))
 
 
 class FreeCells:
@@ -126,13 +123,8 @@ class FreeCells:
     def __init__(self, kept: Kept, ends: FloatArray, size: float, inside: Inside | None) -> None:
         self.kept, self.size, self.dim = kept, size, ends.shape[1]
         self.inside = inside
-        margin = AROUND.beside * size + kept.clearance
-        lower, upper = _extent(kept, ends, float(np.abs(np.diff(ends, axis=0)).max()))
-        self.lower = lower - margin
-        shape = np.ceil((upper + margin - self.lower) / size).astype(np.intp)
-        if np.prod(shape.astype(np.float64)) > AROUND.most:
-            self.free = np.zeros(AROUND.most + 1, dtype=np.bool_)
-            return
+        self.lower, sides = _sides_of_grid(kept, _extent_around(kept, ends), size)
+        shape = sides.astype(np.intp)
         self.free = np.ones(shape, dtype=np.bool_)
         for numbers in kept.obstacles:
             self._block(numbers)
@@ -247,9 +239,13 @@ class FreeCells:
         return points[kept]
 
 
-def _extent(kept: Kept, ends: FloatArray, far: float) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of a box around the ends and what is near to them of the obstacles [m]."""
-    dim = ends.shape[1]
+Extent = tuple[FloatArray, FloatArray]
+"""Lower and upper corner of a box (dim,) [m]."""
+
+
+def _extent_around(kept: Kept, ends: FloatArray) -> Extent:
+    """Return a box around the ends and what is near to them of the obstacles."""
+    dim, far = ends.shape[1], _apart(ends)
     lower, upper = ends.min(axis=0), ends.max(axis=0)
     low, high = lower - far, upper + far
     begin, behind, spread = _sides(kept.obstacles, dim)
@@ -265,18 +261,46 @@ def _extent(kept: Kept, ends: FloatArray, far: float) -> tuple[FloatArray, Float
     return lower, upper
 
 
+def _sides_of_grid(kept: Kept, extent: Extent, size: float) -> tuple[FloatArray, FloatArray]:
+    """Return where cells of a size around an extent begin [m], and how many there are along each axis: two (dim,)."""
+    margin = AROUND.beside * size + kept.clearance
+    lower = extent[0] - margin
+    return lower, np.ceil((extent[1] + margin - lower) / size)
+
+
+def _sizes(kept: Kept, ends: FloatArray) -> Iterator[float]:
+    """Return the sides of cells with which a way is looked for, one after the other, as fine as the most cells [m]."""
+    extent, wanted = _extent_around(kept, ends), _first_size(kept, ends)
+    for _ in range(1 + AROUND.finer):
+        size = _fitting(kept, extent, wanted, AROUND.most)
+        yield size
+        if size > wanted:  # the finest there may be
+            return
+        wanted = 0.5 * size
+
+
+def _fitting(kept: Kept, extent: Extent, size: float, most: int) -> float:
+    """Return a size of cells, larger where there would be more cells than the most [m]."""
+    while np.prod(_sides_of_grid(kept, extent, size)[1]) > most:
+        size *= AROUND.coarser
+    return size
+
+
 def _first_size(kept: Kept, ends: FloatArray) -> float:
     """Return the side of cells with which a way is looked for first [m]."""
-    dim, far = ends.shape[1], float(np.abs(np.diff(ends, axis=0)).max())
-    lower, upper = _extent(kept, ends, far)
-    least = float(np.prod(upper - lower + 1e-3 * far) / AROUND.many) ** (1.0 / dim)
+    dim, far = ends.shape[1], _apart(ends)
     low, high, spread = _sides(kept.obstacles, dim)
     across = np.minimum(high - low, 2.0 * spread).min(axis=1)
     if kept.prisms is not None:
         boxes = [kept.prisms.box(index) for index in range(len(kept.prisms)) if kept.prisms.solid(index)]
         across = np.append(across, [float((above - below).min()) for below, above in boxes])
     wanted = (float(np.median(across)) + 2.0 * kept.clearance) / AROUND.across if len(across) else far
-    return float(min(far / AROUND.cells[dim - 2], max(least, wanted)))
+    return float(min(far / AROUND.cells[dim - 2], _fitting(kept, _extent_around(kept, ends), wanted, AROUND.many)))
+
+
+def _apart(ends: FloatArray) -> float:
+    """Return how far two points are apart, by the longest of their coordinates [m]."""
+    return float(np.abs(np.diff(ends, axis=0)).max())
 
 
 def _sides(obstacles: FloatArray, dim: int) -> tuple[FloatArray, FloatArray, FloatArray]:

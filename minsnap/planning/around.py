@@ -123,7 +123,7 @@ def _quicker(
     for leg, way in enumerate(list(ways)):
         if len(way) < 3 or timing.in_time(task).deadline.late:
             continue
-        grid = cells_around(kept, way[0], way[-1], _inside(task, leg))
+        grid = next(cells_around(kept, way[0], way[-1], _inside(task, leg)))
         cells = grid.free, grid.lower, np.full(grid.dim, grid.size)
         others = other_ways(*cells, way, found.trajectory, partial(grid.way_within, way[0], way[-1]))
         while tried < OTHER_WAYS.bends and not timing.in_time(task).deadline.late:

@@ -133,6 +133,25 @@ def widest(gap: FloatArray, open_: BoolArray, start: IntArray, goal: IntArray) -
     return float(values[passable])
 
 
+def narrowest(
+    gap: FloatArray, open_: BoolArray, size: FloatArray, start: IntArray, goal: IntArray
+) -> tuple[float, IntArray] | None:
+    """Return the largest clearance with which there is a way [m], and the cell where it has no more; None without one.
+
+    Parameters
+    ----------
+    gap, open_, start, goal
+        As :func:`widest` takes them.
+    size : ndarray, shape (dim,)
+        Sides of a cell [m].
+    """
+    most = widest(gap, open_, start, goal)
+    if most is None:
+        return None
+    way = _least_narrow_way(open_ & (gap >= most), size, start, goal, gap <= most)
+    return most, way[int(gap[tuple(way.T)].argmin())]
+
+
 def _linked(open_: BoolArray, start: IntArray, goal: IntArray) -> bool:
     """Whether two cells are joined by steps through faces."""
     from scipy.ndimage import label
@@ -315,16 +334,15 @@ def _too_narrow(
     """Return the sentence on the widest way there is."""
     ends = grid.cell(start), grid.cell(goal)
     open_, gap = grid.flown(~grid.occupied), gaps(grid.occupied, grid.resolution)
-    most = widest(gap, open_, *ends)
+    found = narrowest(gap, open_, grid.resolution, *ends)
     lead = f"no way leads from {point_text(start)} m to {point_text(goal)} m"
-    if most is None:
+    if found is None:
         altitudes = "" if grid.altitudes is None else " and the altitudes"
         return InfeasibleError(
             f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells{altitudes}",
             contradiction=barrier(grid, free, clearance, *ends),
         )
-    way = _least_narrow_way(open_ & (gap >= most), grid.resolution, *ends, gap <= most)
-    narrow = way[int(gap[tuple(way.T)].argmin())]
+    most, narrow = found
     return InfeasibleError(
         f"{lead} with a clearance of {clearance:g} m: the widest one has {most:.3g} m on each side at "
         f"{grid.spot(narrow)}, {clearance - most:.2g} m too narrow; a clearance of {most:.3g} m passes",

@@ -29,7 +29,7 @@ from minsnap.paths.routes.cell_values import Reading
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import array_map, read_map
 from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_kept
-from minsnap.paths.routes.passage import end_point, find_passage, passage_within, widest
+from minsnap.paths.routes.passage import end_point, find_passage, narrowest, passage_within
 from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken, with_obstacles
 from minsnap.paths.shapes import timed
 from minsnap.planning.other_ways import OTHER_WAYS, Search, least_by_length, other_ways
@@ -216,7 +216,7 @@ def _around(
         sets = polytopes_along(way, kept.obstacles, kept.points, clearance, prisms=kept.prisms)
         return _planned(way, sets, ends, planning)
 
-    grid = cells_around(kept, ends[0], ends[1])
+    grid = next(cells_around(kept, ends[0], ends[1]))
     cells = grid.free, grid.lower, np.full(grid.dim, grid.size)
     flown = _quickest(fly, way, cells, partial(grid.way_within, ends[0], ends[1]), planning)
     approach = nearest_kept(flown.curve, kept)
@@ -224,19 +224,27 @@ def _around(
 
 
 def _widest_around(kept: Kept, ends: list[FloatArray]) -> str:
-    """Say about how wide the widest way around obstacles or points is, and where, as far as a grid tells."""
-    cells = cells_around(kept._replace(clearance=0.0), ends[0], ends[1])
-    first, last = (np.clip(cells.cell(end), 0, np.array(cells.free.shape) - 1) for end in ends)
-    gap = gaps(~cells.free, np.full(len(ends[0]), cells.size)) + 0.5 * cells.size
-    most = widest(gap, cells.free, first, last) if cells.free[tuple(first)] and cells.free[tuple(last)] else None
-    if most is None:
-        return "none was found without any clearance either: they close it off, or more room around them is needed"
-    narrow = np.argwhere(cells.free & (gap <= most))
-    line = ends[1] - ends[0]
-    share = np.clip((cells.center(narrow) - ends[0]) @ line / max(float(line @ line), 1e-300), 0.0, 1.0)
-    beside = np.linalg.norm(cells.center(narrow) - ends[0] - share[:, None] * line, axis=1)
-    where = cells.center(narrow[int((beside + np.abs(gap[tuple(narrow.T)] - most)).argmin())])
-    return f"the widest one has about {most:.2g} m on each side, near {point_text(np.round(where, 2))} m"
+    """Say about how wide the widest way around obstacles or points is, and where, as far as grids tell."""
+    for cells in cells_around(kept._replace(clearance=0.0), ends[0], ends[1]):
+        first, last = (cells.beside(end) for end in ends)
+        if first is None or last is None:
+            continue
+        size = np.full(len(ends[0]), cells.size)
+        gap = gaps(~cells.free, size)
+        found = narrowest(gap, cells.free, size, first, last)
+        if found is not None:
+            place = cells.center(found[1])
+            room = _room_at(place, kept, found[0] + 2.0 * cells.size)
+            where = point_text(np.round(place, 2))
+            return f"the widest one has about {room:.2g} m on each side, near {where} m"
+    return "none was found without any clearance either: they close it off, or more room around them is needed"
+
+
+def _room_at(place: FloatArray, kept: Kept, reach: float) -> float:
+    """Return the distance of a place to what is kept away from, if it is less than the reach [m]."""
+    near = tangent_planes(np.stack((place, place)), kept.obstacles, kept.points, 0.0, reach)
+    prisms = [] if kept.prisms is None else kept.prisms.prisms
+    return min([float(near.distance[0]), *(float(each.clearances(place)) for each in prisms)])
 
 
 def _check_end(point: FloatArray, name: str, kept: Kept) -> None:

@@ -2,7 +2,7 @@
 //
 // Lazy Theta* (A. Nash, S. Koenig and C. Tovey, "Lazy Theta*: any-angle path planning and path length analysis in 3D", AAAI 2010): a cell takes its
 // predecessor's own, as if it were in sight; whether it is, is looked at once the cell is expanded. A line between centers of cells is free where all cells that
-// it touches are, told in whole numbers.
+// it touches are, told in whole numbers. Whether start and goal are joined at all is looked at first: a search that ends nowhere expands all cells.
 #include <cmath>
 #include <cstdlib>
 
@@ -28,12 +28,18 @@ public:
     Status find() {
         if (!length_.allocate(std::size_t(cells_)) || !before_.allocate(std::size_t(cells_)) || !heap_.allocate(1024))
             return Status::no_memory;
-        for (Integer i = 0; i < cells_; ++i) before_[std::size_t(i)] = untouched;
         start_ = index(q_.start);
         goal_ = index(q_.goal);
+        prepare_steps();
+        bool joined = false;
+        if (!flood(joined)) return Status::no_memory;
+        if (!joined) {
+            *q_.found = 0;
+            return Status::done;
+        }
+        for (Integer i = 0; i < cells_; ++i) before_[std::size_t(i)] = untouched;
         length_[std::size_t(start_)] = 0.0;
         before_[std::size_t(start_)] = start_;
-        prepare_steps();
         if (!push(start_, apart(q_.start, q_.goal))) return Status::no_memory;
         while (count_ > 0) {
             const std::int32_t cell = pop();
@@ -70,6 +76,33 @@ private:
             sum += way * way;
         }
         return std::sqrt(sum);
+    }
+
+    // Tell whether the goal can be reached from the start. Steps through faces do: others need all cells free that meet there.
+    bool flood(bool &joined) {
+        Buffer<std::int32_t> waiting;
+        if (!waiting.allocate(std::size_t(cells_))) return false;
+        for (Integer i = 0; i < cells_; ++i) before_[std::size_t(i)] = q_.free[i] != 0 ? untouched : start_;
+        std::size_t count = 0;
+        waiting[count++] = start_;
+        before_[std::size_t(start_)] = start_;
+        while (count > 0 && before_[std::size_t(goal_)] == untouched) {
+            const std::int32_t cell = waiting[--count];
+            Integer at[3];
+            place(cell, at);
+            for (int i = 0; i < step_count_; ++i) {
+                const Step &step = steps_[i];
+                if (step.meets != 1) continue;
+                bool inside = true;
+                for (int d = 0; d < 3; ++d) inside = inside && at[d] + step.by[d] >= 0 && at[d] + step.by[d] < q_.shape[d];
+                const std::int32_t other = cell + step.adds;
+                if (!inside || before_[std::size_t(other)] != untouched) continue;
+                before_[std::size_t(other)] = start_;
+                waiting[count++] = other;
+            }
+        }
+        joined = goal_ == start_ || (q_.free[goal_] != 0 && before_[std::size_t(goal_)] != untouched);
+        return true;
     }
 
     // Whether all cells that the line between two centers touches are free.
