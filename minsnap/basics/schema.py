@@ -88,14 +88,17 @@ def word(*known: str, short: Mapping[str, str] | None = None) -> Form:
     return _plain(f"one of {', '.join(known)}", fits, names.__getitem__, {"enum": list(names)})
 
 
-def several(form: Form, said: str, least: int = 0, most: int | None = None) -> Form:
-    """Return the form of a list with ``least`` to ``most`` entries, read as a tuple; a tuple is read as well."""
+def several(form: Form, said: str, least: int = 0, most: int | None = None, first: int = 0) -> Form:
+    """Return the form of a list with ``least`` to ``most`` entries, read as a tuple; a tuple is read as well.
+
+    A refusal counts the entries from ``first`` on.
+    """
 
     def fits(value: Any) -> bool:
         return isinstance(value, (list, tuple)) and least <= len(value) and (most is None or len(value) <= most)
 
     def made(where: str, value: Sequence[Any]) -> tuple[Any, ...]:
-        return tuple(form.read(f"{where} {i}", entry) for i, entry in enumerate(value))
+        return tuple(form.read(f"{where} {i}", entry) for i, entry in enumerate(value, first))
 
     size = {"minItems": least} | ({} if most is None else {"maxItems": most})
     return Form(said, fits, made, {"type": "array", "items": form.json, **size})

@@ -8,7 +8,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
-from minsnap.errors import FleetError
+from minsnap.errors import FleetError, MinsnapError
 from minsnap.fleet import Separation, certify_fleet, extent_of
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.frame_animation import Animation
@@ -23,7 +23,11 @@ def curves_of_moves(act: Act, show: Show) -> list[Curves]:
     """Return the curves of each move of an act, one after the other."""
     now, flown = act.points, []
     for move in act.moves:
-        flown.append(_curves(move, now, show))
+        try:
+            flown.append(_curves(move, now, show))
+        except MinsnapError as error:
+            error.args = (f"a move of act {act.name!r}: {error}",)
+            raise
         now = np.stack([curve.control_points[-1, -1] for curve in flown[-1]]) if flown[-1] else now
     return flown
 
@@ -38,6 +42,15 @@ def reach_of(moves: Sequence[Sequence[Curves]]) -> float:
     """Return the largest coordinate of any move [m]."""
     points = [curve.control_points for act in moves for curves in act for curve in curves]
     return max((float(np.abs(each).max()) for each in points), default=0.0)
+
+
+def refuse_late_lights(act: Act, moves: Sequence[Curves]) -> None:
+    """Refuse changes of the lights of an act that are after its hold and its moves: other acts are flown then."""
+    lasts = act.hold + sum(max((curve.duration for curve in curves), default=0.0) for curves in moves)
+    late = [change.after for change in act.lights if change.after > lasts + EXACT]
+    if late:
+        text = f"the lights of act {act.name!r} change {late[0]:g} s after its arrival, and it lasts {lasts:.4g} s"
+        raise FleetError(f"{text}: change them earlier, or hold it longer")
 
 
 def check_moves(act: Act, moves: Sequence[Curves], show: Show) -> None:

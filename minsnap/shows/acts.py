@@ -230,6 +230,8 @@ class Show:
     def check(self) -> None:
         """Refuse limits that leave a climb free, and acts that do not fit, are below home, or stand too close."""
         self._check_times()
+        if self.seed < 0:
+            raise FleetError(f"seed is {self.seed}: give 0 or more")
         for name, speed in (("take_off", self.climb_speed), ("land", self.descent_speed)):
             if speed is not None and not 0.0 < speed < inf:
                 raise FleetError(f"the speed of {name} is {speed}: give a positive number [m/s]")
@@ -261,8 +263,22 @@ class Show:
         for act in self.acts:
             if isinstance(act, Groups):
                 self._check_groups(act)
+        self._check_climb()
         self.check_inside()
         self._check_reserves()
+
+    def _check_climb(self) -> None:
+        """Refuse heights of a climb that are for homes which are near, or are not."""
+        if self.turns is not None and self.layers > 1:
+            raise FleetError(
+                f"layers is {self.layers}, and homes are so near that they are left in turn, each group at a height of "
+                "its own: leave layers out"
+            )
+        if self.turns is None and self.layer is not None:
+            raise FleetError(
+                f"the layer of take_off is {self.layer:g} m, and no homes are so near that they are left in turn: "
+                "leave it out, or give layers: 2 for a climb that ends in two heights"
+            )
 
     def _check_groups(self, act: Groups) -> None:
         """Refuse groups of more vehicles than there are, and acts with more or fewer points than their group."""
@@ -296,8 +312,11 @@ class Show:
                 raise FleetError(f"{text}, which stays on the ground: raise the act")
 
     def check_inside(self) -> None:
-        """Refuse homes and points of acts that are outside of the room, or beyond the margins of the fence."""
-        for name, points in (("home", self.home), *((f"act {act.name!r}", act.points) for act in self.formations)):
+        """Refuse homes, ends of the climb and points of acts outside of the room, or beyond margins of the fence."""
+        if self.room is not None and not np.less(*self.room).all():
+            raise FleetError("the first corner of the room is not below the second in x, y and z: exchange what is not")
+        places = [("home", self.home), ("the end of take_off", self.above[: self.flying])]
+        for name, points in (*places, *((f"act {act.name!r}", act.points) for act in self.formations)):
             if self.room is not None:
                 out = np.maximum(self.room[0] - points, points - self.room[1]).max(axis=1)
                 if out.max() > EXACT:

@@ -36,7 +36,8 @@ def _refuse_hasty(
             now = None
             continue
         reached = act.points if grouped else _reached(act, show)
-        bound = 0.0 if now is None else least_seconds(now, reached, show.limits)
+        late = 0.0 if act.delays is None else float(act.delays.max())  # the last one leaves then
+        bound = late if now is None else max(late, least_seconds(now, reached, show.limits))
         if act.seconds is not None and act.seconds < bound * (1.0 - EXACT):
             text = f"the flight to act {act.name!r} is to last {act.seconds:g} s, and no flight there takes less than"
             raise FleetError(f"{text} {bound:.2f} s within the limits: give it more seconds")

@@ -19,7 +19,7 @@ from minsnap.basics.storage.text import FileName
 from minsnap.errors import FleetError
 from minsnap.files.formats import Lights, worst_distance
 from minsnap.fleet import Fleet, Separation, assign
-from minsnap.shows.act_moves import check_moves, curves_of_moves, of_vehicles, reach_of
+from minsnap.shows.act_moves import check_moves, curves_of_moves, of_vehicles, reach_of, refuse_late_lights
 from minsnap.shows.acts import Act, Groups, Show
 from minsnap.shows.file_limits import ROUNDED_KINDS
 from minsnap.shows.group_flights import fly_groups, refuse_near_ends
@@ -86,7 +86,8 @@ class FlownShow:
         up, down, end = self.stages[0], self.stages[-1], self.stages[-1].end
         spans = {"takeoff": (0.0, up.end), "show": (up.end, down.start), "landing": (down.start, end)}
         names = {act.name for act in show.formations}
-        cues = tuple((stage.arrival, stage.name) for stage in self.stages if stage.name in names)
+        flown = self.stages[1 : -2 if show.return_home else -1]
+        cues = tuple((stage.arrival, stage.name) for stage in flown if stage.name in names)
         highest = None if show.room is None else float(show.room[1][2])
         segments = {name: span for name, span in spans.items() if span[1] > span[0]}
         return ShowSheet(title, show.environment, show.limits, highest, cues, segments, show.origin)
@@ -126,6 +127,8 @@ def fly(
     show.check()
     refuse_hasty(show)
     moves = {act: curves_of_moves(act, show) for act in show.formations}
+    for each, motion in moves.items():
+        refuse_late_lights(each, motion)
     asked, show = show, _prepared(show, to, max(show.reach, reach_of(list(moves.values()))))
     reserves = show.home[show.flying :]
     show = replace(show, home=show.home[: show.flying])

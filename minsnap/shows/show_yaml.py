@@ -13,11 +13,13 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.text import FileName, load_yaml, reading
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FileError
 from minsnap.files import LIMITS, limits_of, read_waypoints
 from minsnap.fleet import Separation
 from minsnap.shows.act_lights import Colour, Gradient, LightChange
 from minsnap.shows.acts import Act, Group, Groups, Show
+from minsnap.shows.contradictions import refuse_contradictions
 from minsnap.shows.csv_show import read_frames
 from minsnap.shows.energy import PowerModel
 from minsnap.shows.formations import LINES, circle, grid, mesh, relaxed, spacing_of, svg, text
@@ -124,14 +126,16 @@ GROUP = mapping(
     {
         "name": Key(TEXT),
         "vehicles": Key(WHOLE, "how many are in it", needed=True),
-        "acts": Key(several(ACT, "a list of acts", 1), "its own, one after the other", needed=True),
+        "acts": Key(several(ACT, "a list of acts", 1, first=1), "its own, one after the other", needed=True),
     },
     "a mapping of a group",
 )
 GROUPS = mapping(
     {
         "name": Key(TEXT),
-        "groups": Key(several(GROUP, "a list of groups", 1), "which fly at once, each its own acts", needed=True),
+        "groups": Key(
+            several(GROUP, "a list of groups", 1, first=1), "which fly at once, each its own acts", needed=True
+        ),
     },
     "a mapping of groups",
     ("groups",),
@@ -200,7 +204,7 @@ SHOW = mapping(
         "layers": Key(WHOLE, "in how many heights the climb ends, from 1 to 100"),
         "land": Key(either(word("own", "any"), LAND), "each at its own home, or at any, or how they land"),
         "return_home": Key(FLAG, "all fly home before they land, else below the last act; true unless given"),
-        "acts": Key(several(either(GROUPS, ACT), "a list of acts", 1), needed=True),
+        "acts": Key(several(either(GROUPS, ACT), "a list of acts", 1, first=1), needed=True),
         "seed": Key(WHOLE),
     },
     "a mapping with acts",
@@ -230,6 +234,7 @@ def read_show(path: FileName) -> Show:
         content, place = SHOW.read(f"{path}", load_yaml(path)), Path(path).parent
         if not 1 <= content.get("layers", 1) <= LAYERS:
             raise FileError(f"layers is {content['layers']}: give a whole number from 1 to {LAYERS}")
+        refuse_contradictions(content)
         room, limits = content.get("room"), content["limits"]
         up, down = (_mapped(content.get(name), key) for name, key in (("take_off", "height"), ("land", "place")))
         origin = None if content.get("origin") is None else ShowOrigin(**content["origin"])
@@ -256,11 +261,11 @@ def read_show(path: FileName) -> Show:
 
 
 def _home(content: dict[str, Any], vehicles: int, place: Path, origin: ShowOrigin | None) -> FloatArray:
-    if "survey" not in content:
-        return _formation(content, vehicles, place, "home")
-    places = read_survey(place / content["survey"], origin)
+    survey = content.get("survey")
+    places = _formation(content, vehicles, place, "home") if survey is None else read_survey(place / survey, origin)
     if len(places) != vehicles:
-        raise FileError(f"{place / content['survey']} has {len(places)} places for {vehicles} vehicles: give as many")
+        where = "home" if survey is None else place / survey
+        raise FileError(f"{where} has {len(places)} places for {vehicles} vehicles: give as many")
     return places
 
 
@@ -284,24 +289,19 @@ def _named(content: dict[str, Any], *names: str) -> dict[str, Any]:
     return {name: content[name] for name in names if content.get(name) is not None}
 
 
-def _groups(content: dict[str, Any], where: str, vehicles: int, place: Path, apart: Separation) -> Groups:
+def _groups(content: dict[str, Any], where: str, _: int, place: Path, apart: Separation) -> Groups:
     groups = []
     for number, entry in enumerate(content["groups"], 1):
         name, count = entry.get("name", f"group {number}"), entry["vehicles"]
-        if not 1 <= count <= vehicles:
-            raise FileError(f"{name} of {where} has {count} vehicles: give a number from 1 to {vehicles}")
-        each = enumerate(entry["acts"], 1)
-        acts = tuple(_act(own, f"act {i} of {name} of {where}", count, place, apart) for i, own in each)
-        groups.append(Group(name, acts))
+        each = ((f"act {i} of {name} of {where}", {"vehicles": count, **own}) for i, own in enumerate(entry["acts"], 1))
+        groups.append(Group(name, tuple(_act(own, said, count, place, apart) for said, own in each)))
     return Groups(content.get("name", where), tuple(groups))
 
 
 def _act(content: dict[str, Any], where: str, vehicles: int, place: Path, apart: Separation) -> Act:
     if ("formation" in content) == ("animation" in content):
         raise FileError(f"{where} needs a formation or an animation: give one of both")
-    vehicles = min(content.get("vehicles", vehicles), vehicles)
-    if vehicles < 1:
-        raise FileError(f"{where} has {vehicles} vehicles: give 1 or more")
+    vehicles = content.get("vehicles", vehicles)
     angle, shift = np.radians(content.get("turn", 0.0)), content.get("shift", (0.0, 0.0, 0.0))
     moves: tuple[Move | Animation, ...] = tuple(_move(entry, where) for entry in content.get("moves", ()))
     if "animation" in content:
@@ -312,6 +312,9 @@ def _act(content: dict[str, Any], where: str, vehicles: int, place: Path, apart:
         points = _apart(content["formation"], _formation(content["formation"], vehicles, place, where), place, apart)
         turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
         points = points @ turn.T + np.array(shift)
+    if len(points) != content.get("vehicles", len(points)):
+        text = f"{where} has {content['vehicles']} vehicles and {len(points)} points"
+        raise FileError(f"{text}: give as many, or leave out what is too much")
     lights = tuple(
         LightChange(entry["after"], _colour(entry["colour"], points, where), entry.get("fade", True))
         for entry in content.get("lights", ())
@@ -357,17 +360,26 @@ def _delays(content: dict[str, Any], vehicles: int) -> FloatArray | None:
 def _colour(content: Any, points: FloatArray, where: str) -> Colour:
     """Return one colour, or one for each point of the formation, shape (points, 3), or a gradient."""
     if isinstance(content, dict):
-        along = points[:, "xyz".index(content.get("along", "z"))]
+        axis = content.get("along", "z")
+        along = points[:, "xyz".index(axis)]
         ends = np.stack([_rgb(content[end], where) for end in ("from", "to")])
         period = content.get("period")
         if period is not None and not 0.1 <= period <= 3600.0:
             raise FileError(f"the gradient of {where} has the period {period:g}: give a number from 0.1 to 3600 [s]")
+        if period is None and float(np.ptp(along)) <= EXACT:
+            text = f"the gradient of {where} is along {axis}, and all of its points have the same {axis}"
+            raise FileError(f"{text}: give it another axis, such as along: {_longest(points)}")
         return Gradient((along - along.min()) / max(float(np.ptp(along)), 1e-12), ends, period)
     if isinstance(content, str) or not any(isinstance(each, str | tuple) for each in content):
         return _rgb(content, where)
     if len(content) != len(points):
         raise FileError(f"{where} has {len(content)} colours for {len(points)} points: give one, or one for each")
     return np.stack([_rgb(each, where) for each in content])
+
+
+def _longest(points: FloatArray) -> str:
+    """Return the axis along which points have their largest extent."""
+    return "xyz"[int(np.ptp(points, axis=0).argmax())]
 
 
 def _rgb(content: Any, where: str) -> FloatArray:
