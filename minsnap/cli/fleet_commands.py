@@ -61,7 +61,7 @@ def fleet(
     """
     from minsnap.plot.animation import animate_fleet
     from minsnap.shows.firmware_take_off import take_off_note
-    from minsnap.shows.fleet_files import RETURNING, read_fleet, write_fleet
+    from minsnap.shows.fleet_files import RETURNING, read_fleet, read_lights, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import SKYBRUSH, fly
     from minsnap.shows.show_exports import export_show
@@ -101,7 +101,8 @@ def fleet(
     late = take_off_note(held) if to in SKYBRUSH else None
     beyond = [] if late is None else [late]
     place_of = (described.origin, described.fence, *home, described.energy, described.room)
-    safety = SafetyReport(title, *certificates, written.distance, flown.stages, written.files, beyond, *place_of)
+    proved = (*certificates, written.distance, flown.stages, written.files, beyond)
+    safety = replace(SafetyReport(title, *proved, *place_of), lights=read_lights(place), cues=sheet.cues)
     if report is not None:
         write_report(safety, report, clobber=not no_clobber)
     for file in exports:

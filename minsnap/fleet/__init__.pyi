@@ -13,6 +13,7 @@ from .assignment import line_distance as line_distance
 from .common_clock import Fleet as Fleet
 from .common_clock import FleetReport as FleetReport
 from .common_clock import Separation as Separation
+from .fleet_certificate import REACH as REACH
 from .fleet_certificate import FleetCertificate as FleetCertificate
 from .fleet_certificate import FleetUse as FleetUse
 from .fleet_certificate import NearPair as NearPair

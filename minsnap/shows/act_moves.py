@@ -46,7 +46,7 @@ def reach_of(moves: Sequence[Sequence[Curves]]) -> float:
 
 def refuse_late_lights(act: Act, moves: Sequence[Curves]) -> None:
     """Refuse changes of the lights of an act that are after its hold and its moves: other acts are flown then."""
-    lasts = act.hold + sum(max((curve.duration for curve in curves), default=0.0) for curves in moves)
+    lasts = act.lasts(moves)
     late = [change.after for change in act.lights if change.after > lasts + EXACT]
     if late:
         text = f"the lights of act {act.name!r} change {late[0]:g} s after its arrival, and it lasts {lasts:.4g} s"

@@ -22,6 +22,7 @@ from minsnap.shows.formations import spacing_of
 from minsnap.shows.frame_animation import Animation
 from minsnap.shows.moves import Move
 from minsnap.shows.site import Fence, ShowOrigin
+from minsnap.trajectory import Trajectory
 
 BUILT_UP = 1.0 / 3.0
 """Time in which a flight builds up its acceleration: what limits the jerk of a show that says none [s].
@@ -77,6 +78,10 @@ class Act:
     def animated(self) -> bool:
         """Whether its points are the beginning of an animation."""
         return bool(self.moves) and isinstance(self.moves[0], Animation)
+
+    def lasts(self, moves: Sequence[Sequence[Trajectory]]) -> float:
+        """Return how long its hold and the curves of its moves last [s]."""
+        return self.hold + sum(max((curve.duration for curve in curves), default=0.0) for curves in moves)
 
     @property
     def changes(self) -> tuple[LightChange, ...]:

@@ -59,7 +59,7 @@ def _properties(font: FileName | None) -> Any:
         get_font(findfont(properties, fallback_to_default=False))
     except (ValueError, OSError, RuntimeError):
         give = "give its file" if not is_file else "give a font in TrueType or OpenType"
-        raise FleetError(f"the font {shown(str(font))} is not found, or is none: {give}, or outlines: true") from None
+        raise FleetError(f"the font {shown(str(font))} is not found, or is none: {give}, or leave it out") from None
     finally:
         logger.disabled = logged
     return properties

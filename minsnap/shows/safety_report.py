@@ -13,25 +13,33 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.storage.text import FileName, digest_of
 from minsnap.basics.tolerances import EXACT
-from minsnap.files.formats import STEP_TIME
-from minsnap.fleet import FleetCertificate, Separation, certify_fleet, extent_of
+from minsnap.files.formats import STEP_TIME, Lights
+from minsnap.fleet import REACH, FleetCertificate, Separation, certify_fleet, extent_of
 from minsnap.limits import Limits
-from minsnap.plot.fleet_figures import plot_fleet, plot_homes, plot_separation
+from minsnap.plot.fleet_figures import legend_above, plot_fleet, plot_homes, plot_separation
 from minsnap.plot.page_files import write_parts
 from minsnap.plot.pages import Drawing, Note, Part, Signature, Table, Verdict
 from minsnap.shows.energy import PowerModel, aloft
 from minsnap.shows.failures import SINKS, Failures
 from minsnap.shows.file_limits import largest_step
+from minsnap.shows.light_figure import light_figure
+from minsnap.shows.preview import AT_ONCE, Picture, at_once, draw_preview
 from minsnap.shows.return_figure import return_figure, spans_text
 from minsnap.shows.returns import Returns
 from minsnap.shows.site import Fence, ShowOrigin
 from minsnap.shows.timeline import Stage
 
 if TYPE_CHECKING:
-    from minsnap.plot.style import Figure
+    from minsnap.plot.style import Axes, Figure
 
 PAIRS = 20
 """Pairs in the table of those that come nearest."""
+
+SETTLED = 0.1
+"""How long after the arrival an act is drawn: lights have changed by then [s]."""
+
+PICTURES = 12
+"""Acts in one drawing."""
 
 FAINT_STEP = 1e-5
 """Step of a velocity that is none: numbers are written with few digits [m/s]."""
@@ -77,6 +85,10 @@ class SafetyReport:
         What power a vehicle takes.
     room : pair of corners, optional
         Of the show [m].
+    lights : sequence of Lights or None, optional
+        What the lamp of each vehicle shows by the files; None where they hold no lights.
+    cues : sequence of (float, str)
+        When each act is reached [s], and its name.
     """
 
     title: str
@@ -92,6 +104,8 @@ class SafetyReport:
     failures: Failures | None = None
     energy: PowerModel | None = None
     room: tuple[FloatArray, FloatArray] | None = None
+    lights: Sequence[Lights | None] | None = None
+    cues: Sequence[tuple[float, str]] = ()
 
     @property
     def ok(self) -> bool:
@@ -119,8 +133,8 @@ class SafetyReport:
 def write_report(report: SafetyReport, path: FileName, *, clobber: bool = True) -> None:
     """Write the page as HTML, or as PDF by the ending of its name, with its figures inside, in one atomic step."""
     held = report.held
-    parts: list[Part] = [_verdict(report), _facts(report), Drawing(_figures(held)), *_fence(report), _limits(report)]
-    parts += [_validation(held), _stages(report), *_home(report)]
+    parts: list[Part] = [_verdict(report), _facts(report), Drawing(_figures(report)), *_fence(report)]
+    parts += [_limits(report), _validation(held), _stages(report), *_lights(report), *_home(report)]
     parts += [_pairs(held), *_vehicles(report), _files(report.files), Signature()]
     write_parts(path, report.title, parts, clobber=clobber)
 
@@ -189,19 +203,51 @@ def _range(values: FloatArray) -> str:
     return f"{low:.2f} to {high:.2f}"
 
 
-def _figures(held: FleetCertificate) -> Figure:
+def _figures(report: SafetyReport) -> Figure:
     from minsnap.plot.shown_figure import ShownFigure
 
+    held = report.held
     figure = ShownFigure(figsize=(9.5, 7.8), layout="constrained")
     above, aside, homes, apart = figure.subplots(2, 2).ravel()
     plot_fleet(held.fleet, ax=above)
     plot_fleet(held.fleet, "xz", ax=aside)
     plot_homes(held.fleet, ax=homes)
+    if report.fence is not None:
+        _draw_fence(above, report.fence)
     if held.pair is not None:
         plot_separation(held, ax=apart)
     else:
         apart.set_axis_off()
     return figure
+
+
+def _draw_fence(axes: Axes, fence: Fence) -> None:
+    """Draw walls seen from above with their numbers, and how far the margins let vehicles come."""
+    whole, kept = (np.concatenate((corners, corners[:1])) for corners in (fence.corners, fence.inside))
+    axes.plot(*whole.T, color="tab:red", linewidth=1.2, label="fence")
+    if fence.margins.any():
+        axes.plot(*kept.T, color="tab:red", linewidth=0.8, linestyle="--", label="margin")
+    for wall, place in enumerate(0.5 * (whole[1:] + whole[:-1])):
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+        axes.text(
+            float(place[0]), float(place[1]), f"{wall}", ha="center", va="center", fontsize=7, color="tab:red", bbox=box
+        )
+    legend_above(axes)
+
+
+def _lights(report: SafetyReport) -> list[Part]:
+    """Return the lights of all vehicles, and each act as the audience sees it when it is reached."""
+    if report.lights is None:
+        return [Note("Lights: files of this kind hold none.")]
+    held, last = report.held.fleet, report.held.fleet.duration
+    parts: list[Part] = [Drawing(light_figure(report.lights, last, report.cues))]
+    pictures = []
+    for instant, name in at_once(report.cues, AT_ONCE):
+        t = np.array(min(instant + SETTLED, last))
+        colours = [np.zeros(3) if lamp is None else lamp(t) for lamp in report.lights]
+        pictures.append(Picture(f"{name}, {instant:.1f} s", held(float(t)), np.stack(colours)))
+    parts += [Drawing(draw_preview(pictures[i : i + PICTURES])) for i in range(0, len(pictures), PICTURES)]
+    return [Note("Lights as the files hold them: of each vehicle, and as the audience sees the acts."), *parts]
 
 
 def _place(origin: ShowOrigin) -> str:
@@ -319,7 +365,7 @@ def _vehicles(report: SafetyReport) -> list[Part]:
         begins, ends = aloft(curve)
         flies = f"{ends - begins:.1f}" if ends > begins else "stays"
         speeds = (f"{curve.max_norm(1)[0]:.2f}", f"{curve.max_norm(2)[0]:.2f}")
-        near_by = f"{least[i]:.3f}" if i in least else "beyond the list"
+        near_by = f"{least[i]:.3f}" if i in least else f"over {REACH:g} separations"
         takes = () if energies is None else (f"{energies[i]:.2f}",)
         home = () if report.origin is None else (_geodetic(report.origin, curve(0.0)),)
         rows.append((held.fleet.name(i), *home, flies, *takes, *speeds, _range(curve.control_points[..., 2]), near_by))

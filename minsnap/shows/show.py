@@ -87,7 +87,7 @@ class FlownShow:
         spans = {"takeoff": (0.0, up.end), "show": (up.end, down.start), "landing": (down.start, end)}
         names = {act.name for act in show.formations}
         flown = self.stages[1 : -2 if show.return_home else -1]
-        cues = tuple((stage.arrival, stage.name) for stage in flown if stage.name in names)
+        cues = tuple(sorted((stage.arrival, stage.name) for stage in flown if stage.name in names))
         highest = None if show.room is None else float(show.room[1][2])
         segments = {name: span for name, span in spans.items() if span[1] > span[0]}
         return ShowSheet(title, show.environment, show.limits, highest, cues, segments, show.origin)

@@ -33,7 +33,7 @@ LAYERS = 100
 
 KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text, "mesh": mesh, "svg": svg}
 
-METRES = Key(NUMBER, "[m]")
+METRES, NEEDED_METRES = Key(NUMBER, "[m]"), Key(NUMBER, "[m]", needed=True)
 IN_SPACE = several(NUMBER, "three numbers [m]", 3, 3)
 RGB = several(NUMBER, "red, green and blue from 0 to 255", 3, 3)
 COLOUR = either(
@@ -59,8 +59,8 @@ LETTERS = {
 }
 FORMATION = mapping(
     {
-        "grid": Key(mapping({"spacing": METRES, "height": METRES, "columns": Key(WHOLE)}, "a mapping")),
-        "circle": Key(mapping({"radius": METRES, "height": METRES, "upright": Key(FLAG)}, "a mapping")),
+        "grid": Key(mapping({"spacing": NEEDED_METRES, "height": METRES, "columns": Key(WHOLE)}, "a mapping")),
+        "circle": Key(mapping({"radius": NEEDED_METRES, "height": METRES, "upright": Key(FLAG)}, "a mapping")),
         "text": Key(mapping(LETTERS, "a mapping")),
         "mesh": Key(mapping(DRAWN, "a mapping")),
         "svg": Key(mapping(DRAWN, "a mapping")),
@@ -417,7 +417,4 @@ def _formation(content: dict[str, Any], vehicles: int, place: Path, where: str) 
         return np.array(values).reshape(-1, 3)
     if kind == "file":
         return read_waypoints(place / values).points
-    try:
-        return KINDS[kind](vehicles, **_beside(values, place))
-    except TypeError:
-        raise FileError(f"the {kind} of {where} needs more than {shown(values)}: see the page on shows") from None
+    return KINDS[kind](vehicles, **_beside(values, place))

@@ -194,6 +194,16 @@ class Fence(ReadOnly):
             normals = -normals
         return normals, (normals * self.corners).sum(axis=1)
 
+    @property
+    def inside(self) -> FloatArray:
+        """Corners of what the margins leave inside, in turn, shape (m, 2) [m]."""
+        from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+        normals, offsets = self._planes
+        rows = np.column_stack((normals, self.margins - offsets))
+        corners = HalfspaceIntersection(rows, self._middle()[0, :2]).intersections
+        return np.asarray(corners[ConvexHull(corners).vertices])
+
     def walls_of(self, points: FloatArray) -> FloatArray:
         """Return how far inside of each wall's margin points (..., 3) are, shape (..., n) [m]."""
         normals, offsets = self._planes

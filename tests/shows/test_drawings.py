@@ -210,7 +210,11 @@ def test_lines_of_a_text_are_below_each_other_in_the_middle():
             "the font has no '中' of the text 'A中B': give another font",
         ),
         ("text: {words: HI, size: 9, font: Helvetika Nova}", "the font 'Helvetika Nova' is not found, or is none"),
-        ("text: {words: HI, size: 9, font: none.ttf}", "none.ttf' is not found, or is none"),
+        (
+            "text: {words: HI, size: 9, font: none.ttf, outlines: true}",
+            "none.ttf' is not found, or is none: give a font in TrueType or OpenType, or leave it out",
+        ),
+        ("circle: {height: 9}", "circle has no radius: give it"),
         ("text: {words: '  ', size: 9}", "has no letters: give some"),
         ("text: {words: HI}", "has no size: give it"),
         ("svg: {file: point.svg, size: 9}", "has no lines"),

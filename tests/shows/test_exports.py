@@ -146,6 +146,54 @@ def test_a_preview_has_the_lights_where_the_audience_sees_them(tmp_path, capsys)
         draw_preview([])
 
 
+GROUPS = """
+vehicles: 7
+separation: 1
+limits: {speed: 4, acceleration: 3}
+home: {grid: {spacing: 2}}
+acts:
+  - {name: ring, formation: {circle: {radius: 4, height: 6}}, colour: red, hold: 1}
+  - groups:
+      - {name: a, vehicles: 3, acts: [
+          {name: one, formation: {circle: {radius: 2, height: 6}}, shift: [-5, 0, 0], colour: lime, hold: 9},
+          {name: two, formation: {circle: {radius: 2, height: 9}}, shift: [-5, 0, 0], colour: blue}]}
+      - {name: b, vehicles: 3, acts: [
+          {name: low, formation: {circle: {radius: 2, height: 6}}, shift: [5, 0, 0], colour: white, hold: 1},
+          {name: high, formation: {circle: {radius: 2, height: 9}}, shift: [5, 0, 0], colour: white}]}
+"""
+
+
+def test_groups_that_fly_at_once_are_in_one_picture(tmp_path):
+    """Each act of a group had a picture of its own, without the others."""
+    (tmp_path / "show.yaml").write_text(GROUPS)
+    pictures = pictures_of(read_show(tmp_path / "show.yaml"))
+    assert [picture.title for picture in pictures] == ["ring", "one, low", "one, high", "two, high"]
+    for picture in pictures[1:]:
+        left, right = (np.abs(picture.points[:, 0] - x) < 2.1 for x in (-5.0, 5.0))
+        assert len(picture.points) == 7 and (left.sum(), right.sum()) == (3, 3)
+        (stays,) = np.flatnonzero(~left & ~right)
+        assert picture.colours[stays] == pytest.approx([255, 0, 0]), "the one of no group is where it was"
+        assert np.abs(pictures[0].points - picture.points[stays]).max(axis=1).min() < 1e-12
+
+
+def test_pictures_have_one_scale_and_say_it(tmp_path):
+    (tmp_path / "show.yaml").write_text(GROUPS)
+    figure = draw_preview(pictures_of(read_show(tmp_path / "show.yaml")))
+    figure.canvas.draw()
+    assert len({(axes.get_xlim(), axes.get_ylim()) for axes in figure.axes}) == 1
+    for axes in figure.axes:
+        (bar,), (words,) = axes.lines, axes.texts
+        assert f"{np.ptp(bar.get_xdata()):g} m" == words.get_text()
+        assert 0.1 < np.ptp(bar.get_xdata()) / np.ptp(axes.get_xlim()) <= 0.3
+    lowest = figure.axes[-1]
+    assert lowest.get_xlabel() == "x [m]" and figure.axes[0].get_ylabel() == "height [m]"
+    point = np.array([[3.0, 0.0, 7.0]])
+    (axes,) = draw_preview([Picture("far", point, np.full((1, 3), 255.0))]).axes
+    assert np.asarray(axes.collections[0].get_offsets()) == pytest.approx(point[:, ::2]), (
+        "in the middle, places are true"
+    )
+
+
 def test_the_command_says_what_a_preview_and_frames_need(tmp_path, capsys, fleet):
     (tmp_path / "show.yaml").write_text(YAML)
     write_csv_show(fleet, tmp_path / "show.zip")

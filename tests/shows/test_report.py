@@ -10,9 +10,11 @@ import pytest
 import minsnap
 from minsnap.basics.arrays import GRAVITY
 from minsnap.cli.app import main
+from minsnap.files.formats import Lights
 from minsnap.plot.page_files import write_parts
-from minsnap.plot.pages import Note, Signature, Table, Verdict
+from minsnap.plot.pages import Drawing, Note, Signature, Table, Verdict
 from minsnap.shows.energy import AIR, PowerModel
+from minsnap.shows.light_figure import light_figure
 from minsnap.shows.show_yaml import read_show
 
 SHOW = """
@@ -50,6 +52,7 @@ def test_a_report_is_written_as_pdf_or_html(tmp_path, monkeypatch, capsys):
     assert "energy" in capsys.readouterr().out
     page = Path("r.html").read_text()
     assert "energy [Wh]" in page
+    assert "files of this kind hold none" in page
     assert re.search(r"distance to the sides of the room</td><td>(3\.9|4\.0)\d+ m at least", page)
     assert re.search(r"distance to its ceiling</td><td>20\.\d+ m at least", page)
     assert "<thead>" in page
@@ -115,3 +118,34 @@ def test_an_energy_that_is_none_is_one_sentence(tmp_path, given, said):
     file.write_text(SHOW.replace("{mass: 0.9, rotor_radius: 0.09, battery: 38}", given))
     with pytest.raises(minsnap.errors.MinsnapError, match=said):
         read_show(file)
+
+
+def test_lights_are_drawn_as_lamps_show_them():
+    """A row for each vehicle: its colour at every instant, dark where it has no lamp."""
+    red, blue = (255.0, 0.0, 0.0), (0.0, 0.0, 255.0)
+    lamp = Lights(np.array([0.0, 4.0, 8.0]), np.array([red, blue, red]), np.array([False, False, True]))
+    (axes,) = light_figure([lamp, None], 10.0, [(4.0, "one"), (4.1, "two"), (8.0, "three")]).axes
+    (image,) = axes.images
+    colours, (left, right, low, high) = np.asarray(image.get_array()), image.get_extent()
+    assert (left, right, low, high) == (0.0, 10.0, 1.5, -0.5)
+    t = (np.arange(colours.shape[1]) + 0.5) * 10.0 / colours.shape[1]
+    assert np.abs(colours[0] - lamp(t)).max() <= 0.5 and not colours[1].any()
+    assert [text.get_text() for text in axes.texts] == ["one, two", "three"]
+
+
+@pytest.mark.slow
+def test_a_report_shows_lights_and_the_fence(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    fence = "fence: {polygon: [[-9, -9], [9, -9], [9, 9], [-9, 9]], margin: [1, 2, 0, 3]}\n"
+    Path("show.yaml").write_text(fence + SHOW.replace("hold: 1", "hold: 1, colour: red"))
+    drawn = []
+    monkeypatch.setattr("minsnap.shows.safety_report.write_parts", lambda path, title, parts, **_: drawn.extend(parts))
+    assert status_of("fleet", "show.yaml", "-o", "out", "--to", "skyb", "--report", "r.html") == 0
+    above, lights, acts = (part.figure for part in drawn if isinstance(part, Drawing))
+    walls = {line.get_label(): line.get_xydata() for line in above.axes[0].lines}
+    assert walls["fence"] == pytest.approx(np.array([[-9, -9], [9, -9], [9, 9], [-9, 9], [-9, -9]]))
+    assert sorted(map(tuple, walls["margin"][:4].round(9))) == [(-6, -8), (-6, 9), (7, -8), (7, 9)]
+    image = np.asarray(lights.axes[0].images[0].get_array())
+    assert (image[:, len(image[0]) // 2] == (255, 0, 0)).all(), "by the files"
+    assert [axes.get_title() for axes in acts.axes][0].startswith("ring, ")
+    assert not any(isinstance(part, Table) and "beyond the list" in str(part.rows) for part in drawn)
