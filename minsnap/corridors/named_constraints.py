@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from minsnap.corridors.boxes import Boxes, Room
+from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.half_spaces import HalfSpaces, Polytopes
-from minsnap.corridors.tubes import RoundTube, Tube
+from minsnap.corridors.tubes import LegTube, RoundTube, Tube
 
-TUBES, FIXED = (Tube, RoundTube), (Boxes, Polytopes, Room, HalfSpaces)
-"""Constraints whose walls follow the waypoints, and those whose walls do not."""
+TUBES: tuple[type[LegTube], ...] = (Tube, RoundTube)
+"""Constraints whose walls follow the waypoints."""
 
-CONSTRAINTS = {kind.__name__: kind for kind in TUBES + FIXED}
+FIXED: tuple[type[Constraint], ...] = (Boxes, Polytopes, Room, HalfSpaces)
+"""Constraints whose walls do not."""
+
+CONSTRAINTS: dict[str, type[Constraint]] = {kind.__name__: kind for kind in (*TUBES, *FIXED)}
 """A file holds the name and the fields of each, from which it is made again."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -26,10 +26,26 @@ def leg_projections(waypoints: FloatArray) -> FloatArray:
     return np.asarray(projections)
 
 
-def across(projections: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return the legs and the world axes of the pairs of planes of a ``Tube``: axes that are not along their leg."""
-    leg, axis = np.nonzero(np.abs(projections).max(axis=2) > ROUNDING)
-    return leg, axis
+class LegTube(Constraint, Protocol):
+    """Protocol of a constraint whose walls turn with the legs, and which says how: gradients in waypoints need it."""
+
+    def directions(self, waypoints: FloatArray, wall: IntArray, offset: FloatArray) -> FloatArray:
+        r"""Return vectors e with :math:`(I - u u^\top) e` the outward normals of walls at points that touch them.
+
+        Parameters
+        ----------
+        waypoints : ndarray, shape (n, dim)
+        wall : ndarray of int, shape (k,)
+            Which of the walls each point touches.
+        offset : ndarray, shape (k, dim)
+            Of each point from the line of its leg, across it [m].
+
+        Returns
+        -------
+        e : ndarray, shape (k, dim)
+            They stay as they are while the leg turns; their parts across it do not.
+        """
+        ...
 
 
 def _half_widths(value: ArrayLike, name: str) -> FloatArray:
@@ -70,19 +86,28 @@ class Tube(ReadOnly):
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return two planes for each leg and world axis that is not along it."""
-        projections, widths = leg_projections(waypoints), self.half_width
+        projections = leg_projections(waypoints)
+        leg, axis, width = self._pairs(projections)
+        return [Walls.pairs(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
+
+    def directions(self, waypoints: FloatArray, wall: IntArray, offset: FloatArray) -> FloatArray:
+        """Return the world axes of walls, outwards; see :class:`LegTube`."""
+        axis = self._pairs(leg_projections(waypoints))[1]
+        side, pair = np.divmod(wall, len(axis))  # upper walls first
+        return np.asarray(np.eye(waypoints.shape[1])[axis[pair]] * np.where(side == 0, 1.0, -1.0)[:, None])
+
+    def _pairs(self, projections: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return leg, world axis and half-width of each pair of planes: of axes not along the leg, where bounded."""
         legs, dim = projections.shape[:2]
+        widths = self.half_width
         if widths.shape not in ((), (legs,), (legs, 1), (legs, dim)):
             raise CorridorError(
                 f"the corridor has half-widths of shape {widths.shape} for {legs} legs of {dim} axes: "
                 f"give one, one per leg, or one per leg and axis"
             )
         widths = (widths[:, None] if widths.ndim == 1 else widths) * np.ones((legs, dim))
-        leg, axis = across(projections)
-        bounded = np.isfinite(widths[leg, axis])
-        leg, axis = leg[bounded], axis[bounded]
-        width = widths[leg, axis]
-        return [Walls.pairs(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
+        leg, axis = np.nonzero((np.abs(projections).max(axis=2) > ROUNDING) & np.isfinite(widths))
+        return leg, axis, widths[leg, axis]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +143,10 @@ class RoundTube(ReadOnly):
         radii = np.broadcast_to(self.radius, legs)
         leg = np.flatnonzero(np.isfinite(radii))
         return [Walls.balls(leg, projections[leg], waypoints[leg], radii[leg])]
+
+    def directions(self, waypoints: FloatArray, wall: IntArray, offset: FloatArray) -> FloatArray:
+        """Return the directions of the points from the lines of their legs; see :class:`LegTube`."""
+        return np.asarray(offset / np.linalg.norm(offset, axis=1, keepdims=True))
 
 
 def as_constraints(corridor: ArrayLike | Constraint | Sequence[object] | None) -> list[Constraint]:

@@ -8,7 +8,7 @@ the leg from :math:`w_0` to :math:`w_1`, l its length, :math:`P = I - u u^\top`,
 .. math:: \partial g / \partial w_1 = -\frac{u^\top c}{l} P e - \frac{e^\top u}{l} P c, \qquad
           \partial g / \partial w_0 = -P e - \partial g / \partial w_1.
 
-Of a round tube e is the direction of the contact, across the leg.
+Each tube gives its own e (:meth:`~minsnap.corridors.tubes.LegTube.directions`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.named_constraints import TUBES
-from minsnap.corridors.tubes import RoundTube, across, leg_projections
+from minsnap.corridors.tubes import LegTube
 from minsnap.optimisation.gradient import PressingRows, pressing_rows
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import basis
@@ -64,7 +64,7 @@ def place_gradient(solved: SolvedTask, constraints: Sequence[Constraint]) -> Pla
         pushes, owner = rows.multiplier * unit, owners[rows.block]
         _add_curve(slopes, solved, rows, pushes)
         if isinstance(owner, TUBES):
-            _add_tube(slopes, solved, rows, _directions(owner, task.waypoints, rows), pushes)
+            _add_tube(slopes, solved, rows, owner, pushes)
     return slopes
 
 
@@ -76,18 +76,7 @@ def _add_curve(slopes: PlaceSlopes, solved: SolvedTask, rows: PressingRows, push
     np.add.at(slopes.waypoints, rows.piece + 1, factors[:, solved.task.half, None] * forces)
 
 
-def _directions(constraint: Constraint, waypoints: FloatArray, rows: PressingRows) -> FloatArray:
-    """Return e of every row of a tube: a world axis, or the direction of the contact."""
-    if isinstance(constraint, RoundTube):
-        return rows.normal
-    axis = across(leg_projections(waypoints))[1]
-    side, face = np.divmod(rows.wall, len(axis))  # upper walls first
-    return np.asarray(np.eye(waypoints.shape[1])[axis[face]] * np.where(side == 0, 1.0, -1.0)[:, None])
-
-
-def _add_tube(
-    slopes: PlaceSlopes, solved: SolvedTask, rows: PressingRows, directions: FloatArray, pushes: FloatArray
-) -> None:
+def _add_tube(slopes: PlaceSlopes, solved: SolvedTask, rows: PressingRows, tube: LegTube, pushes: FloatArray) -> None:
     """Add what the contacts change because the walls move with the waypoints, and with the half-widths."""
     task, curve = solved.task, solved.trajectory
     start = task.waypoints[rows.piece]
@@ -96,6 +85,7 @@ def _add_tube(
     away = np.einsum("rj,rjd->rd", basis(curve.degree, rows.s), curve.control_points[rows.piece]) - start
     share = (along * away).sum(axis=1, keepdims=True) / lengths
     offset = away - share * lengths * along
+    directions = tube.directions(task.waypoints, rows.wall, offset)
     turning = share * rows.normal + (directions * along).sum(axis=1, keepdims=True) / lengths * offset
     np.add.at(slopes.waypoints, rows.piece + 1, -pushes[:, None] * turning)
     np.add.at(slopes.waypoints, rows.piece, pushes[:, None] * (turning - rows.normal))

@@ -7,6 +7,7 @@ import pytest
 from tasks import task_of
 
 import minsnap
+from minsnap.corridors.named_constraints import TUBES
 from minsnap.errors import InputError
 from minsnap.native import library
 from minsnap.native.plan_batches import ManyChains, many_tubes
@@ -145,14 +146,24 @@ BOXES = minsnap.Boxes(
 MOVING = {"velocity": (0.7, 0.2, -0.1)}
 
 
+TUBE_OF = {minsnap.Tube: minsnap.Tube, minsnap.RoundTube: minsnap.RoundTube}
+"""What makes a tube of each kind with one width per leg, of which its walls are nearer or further."""
+
+
+def test_every_tube_is_compared_with_differences():
+    assert TUBE_OF.keys() == set(TUBES)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("walls", "further"),
     [
+        *((tube, {"start": MOVING}) for tube in TUBE_OF.values()),
+        *((tube, {"pins": {1: {"velocity": (0.15, 0.15, 0.0)}}}) for tube in TUBE_OF.values()),
+        (lambda width: minsnap.Tube([np.inf, width[1], width[2]]), {"start": MOVING}),
         (lambda width: BOXES, {}),
         (lambda width: minsnap.RoundTube(width), {}),
         (lambda width: minsnap.RoundTube(width), {"start": MOVING, "pins": {1: {"velocity": (0.15, 0.15, 0.0)}}}),
-        (lambda width: minsnap.Tube(width), {"start": MOVING}),
         (lambda width: [minsnap.Tube(width), minsnap.Room((-0.1, -0.1, -0.3), (1.65, 2.0, 0.9))], {"start": MOVING}),
         (None, {"pins": {1: {"velocity": (0.15, 0.15, 0.0)}}}),
     ],
@@ -187,7 +198,7 @@ def test_gradients_in_any_walls_are_those_of_differences(walls, further):
             assert not seen.any()
         else:
             assert np.allclose(one, seen, rtol=3e-4, atol=1e-4 * max(np.abs(seen).max(), 1e-3))
-    if walls is not None and not isinstance(walls(0.1), minsnap.Boxes):
+    if walls is not None and not isinstance(walls(widths), minsnap.Boxes):
         assert (found.corridor <= 0.0).all() and (found.corridor < 0.0).any()
 
 
