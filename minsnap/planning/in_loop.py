@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KINDS
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Gate
@@ -127,18 +128,16 @@ def narrow_request(request: PlanRequest, distance: float) -> PlanRequest:
     return replace(request, corridor=corridor, waypoints=places, avoid=avoid)
 
 
-def _slower(limits: Limits, loop: Loop, command: float, error: float, slowness: float) -> Limits:
+def limits_left(limits: Limits, loop: Loop, command: float, error: float, slowness: float) -> Limits:
     """Return limits that leave what feedback needs, of a flight on a slower time scale."""
     left: dict[str, Any] = reserved_limits(limits, loop, command)
     if loop.speed is not None:
         room = loop.speed - loop.position_gain[0] * error
         left["horizontal_speed"] = min(room, limits.horizontal_speed or room)
-    powers = {"speed": 1, "horizontal_speed": 1, "climb_speed": 1, "descent_speed": 1, "vertical_speed": 1}
-    powers |= {"acceleration": 2, "horizontal_acceleration": 2, "vertical_acceleration": 2, "jerk": 3, "snap": 4}
-    for name, power in powers.items():
-        value = left.get(name, getattr(limits, name))
+    for kind in KINDS:
+        value = left.get(kind.name, getattr(limits, kind.name, None)) if kind.order else None
         if value is not None:
-            left[name] = value / slowness**power
+            left[kind.name] = value / slowness**kind.order
     return replace(limits, **left)
 
 
@@ -265,7 +264,7 @@ class _Left:
 
     def of(self, limits: Limits | None, loop: Loop) -> Limits | None:
         """Return the limits of the plan."""
-        return None if limits is None else _slower(limits, loop, self.command, self._wind, self.slowness)
+        return None if limits is None else limits_left(limits, loop, self.command, self._wind, self.slowness)
 
     def leave(self, tube: VehicleTube | None, slower: bool) -> bool:
         """Leave more where a tube lacks it; return whether there is anything else to try.
