@@ -36,7 +36,7 @@ check: $(VENV)/developing ## the fast part of the tests, within a minute
 	$(QUIET) $(PYTEST) $(PARALLEL) -m "not slow"
 
 # The rooms above `plot` in docs/architecture.rst, without the applications below and without what only these need.
-LIBRARY := basics polynomials native trajectory vehicle corridors limits bounds optimisation durations planning replanning files paths fleet \
+LIBRARY := basics polynomials native trajectory vehicle corridors limits bounds optimisation refusals durations planning replanning files paths fleet \
 	test_certificate.py test_last_look.py test_vehicle_tube.py test_import_order.py
 test-library: $(VENV)/developing ## the quick tests of the library, with all applications hidden
 	PYTHONPATH=tests/helpers $(QUIET) $(PYTEST) $(PARALLEL) -p library_alone -m "not slow" $(addprefix tests/,$(LIBRARY))

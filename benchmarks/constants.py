@@ -17,8 +17,9 @@ from problems import DURATIONS, RECTANGLE, corridor, walk
 import minsnap
 from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
-from minsnap.optimisation import infeasibility, least_slacks, linear_rows, qp, reference_core, solve, unconstrained
+from minsnap.optimisation import least_slacks, linear_rows, qp, reference_core, solve, unconstrained
 from minsnap.polynomials import extrema
+from minsnap.refusals import infeasibility
 
 CONSTANTS = (
     (tolerances, "GAP"),

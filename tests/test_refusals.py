@@ -22,7 +22,7 @@ STAND = [(0, 0, 0), (2, 0, 0), (4, 1, 0)]
 
 SITES = [
     (
-        ("refusal", "overdetermined", InfeasibleError),
+        ("given_times", "overdetermined", InfeasibleError),
         "pins and continuity ask for more",
         {
             "waypoints": STAND,
@@ -33,7 +33,7 @@ SITES = [
         },
     ),
     (
-        ("refusal", "_too_fast", InfeasibleError),
+        ("given_times", "_too_fast", InfeasibleError),
         "the limits cannot be kept in 10 s.* times as long would do",
         {"waypoints": REFERENCE, "durations": [3.3, 1.7, 3.3, 1.7], "limits": Limits(speed=2.5)},
     ),
@@ -55,42 +55,42 @@ SITES = [
         },
     ),
     (
-        ("within_limits", "_total_too_short", UnprovedError),
+        ("sentences", "shorter_than_found", UnprovedError),
         "no plan of 4 s within the limits was found: the shortest found is 4.3",
         {"waypoints": POINTS, "total_time": 4.0, "limits": LIMITS},
     ),
     (
-        ("refused_times", "too_short", InfeasibleError),
+        ("sentences", "total_too_short", InfeasibleError),
         "3 s are too short for the limits: the lengths of the legs alone need 3.* s, and the shortest found is 4.3",
         {"waypoints": POINTS, "total_time": 3.0, "limits": LIMITS},
     ),
     (
-        ("refused_times", "_below_least", InfeasibleError),
+        ("sentences", "below_least_time", InfeasibleError),
         "3.7 s are too short for the limits: every flight takes 3.73.* s, and the shortest found takes 4.3",
         {"waypoints": POINTS, "total_time": 3.7, "limits": LIMITS},
     ),
     (
-        ("within_limits", "limits_kept", UnprovedError),
+        ("sentences", "exceeded_at_least_cost", UnprovedError),
         "the plan of least cost in 3 s does not keep body_rate: it reaches 4.3.* 5.0.* s would do",
         {"waypoints": POINTS, "durations": [1, 1, 1], "limits": Limits(body_rate=1.0)},
     ),
     (
-        ("refused_times", "too_short", InfeasibleError),
+        ("sentences", "leg_too_short", InfeasibleError),
         "leg 0 has 0.01 s, and its length alone needs 1 s",
         {"waypoints": POINTS, "durations": [0.01, 2, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),
     (
-        ("refused_times", "too_short", InfeasibleError),
+        ("sentences", "leg_too_short", InfeasibleError),
         r"leg 1 has 1 s, and its length alone needs 1\.6 s: give it more time; 2\.3\d* times as long would do",
         {"waypoints": REFERENCE, "durations": [2, 1, 2, 1], "limits": Limits(speed=2.5)},
     ),
     (
-        ("refused_times", "_unproved", UnprovedError),
+        ("sentences", "unproved", UnprovedError),
         "the limits cannot be kept in 0.7 s",
         {"waypoints": [(0, 0, 3), (1, 0, 0)], "durations": [0.7], "limits": Limits(speed=50.0, min_thrust=0.5)},
     ),
     (
-        ("ways", "_too_little", UnprovedError),
+        ("sentences", "connector_too_long", UnprovedError),
         "leg 0 has 0.0101 s, and the way between its limits",
         {"waypoints": NEAR, "durations": [0.0101, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),
@@ -109,7 +109,8 @@ SITES = [
 
 
 ELSEWHERE = {
-    ("within_limits", "_stretched", UnprovedError),
+    ("sentences", "only_found", UnprovedError),
+    ("sentences", "any_time_too_short", InfeasibleError),  # tests/refusals/test_short_total.py
     ("in_loop", "plan_kept_in_loop", UnprovedError),  # tests/test_vehicle_tube.py
     ("passage", "_too_narrow", InfeasibleError),
     ("plan_route", "_around", UnprovedError),

@@ -16,12 +16,12 @@ from minsnap.durations.initial_guess import priced_first_guess
 from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.outcome import PlanOutcome, if_possible, outcome_of, quickest
 from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, too_short
-from minsnap.durations.time_stretch import UnlimitedError
 from minsnap.durations.timing import Run, Timed, Timing, solved_or_explained, timed
 from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError, UnprovedError
 from minsnap.last_look import fault
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.refusals.sentences import UnlimitedError
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits

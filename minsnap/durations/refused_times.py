@@ -19,19 +19,20 @@ from minsnap.durations.least_cost import cheapest_durations, distance_split, leg
 from minsnap.durations.longer_times import least_longer
 from minsnap.durations.outcome import if_possible
 from minsnap.durations.recovery import pinned_use
-from minsnap.durations.refusal import explain
 from minsnap.durations.time_scaling import shortest_scaled
 from minsnap.durations.timing import NO_RUN, Timed, Timing, found_in, solved_or_explained, timed
 from minsnap.durations.ways import least_of, start_on_limit
 from minsnap.durations.within_limits import plans_for, searched_in_time
-from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
+from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import Effort
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.refusals.given_times import explain
+from minsnap.refusals.sentences import any_time_too_short, below_least_time, leg_too_short, total_too_short, unproved
 
 if TYPE_CHECKING:
-    from minsnap.optimisation.contradiction import Contradiction
+    from minsnap.refusals.contradiction import Contradiction
 
 Refused = InfeasibleError | SolverError
 
@@ -110,7 +111,7 @@ def by_necessary_walls(task: Task, timing: Timing, refused: Refused) -> Timed | 
         kept = planned if keeps(limits, planned.trajectory) else searched_in_time(planned.solved, task, timing)
         if kept is not None:
             return kept
-    return _unproved(refused) if isinstance(refused, InfeasibleError) else refused
+    return unproved(refused) if isinstance(refused, InfeasibleError) else refused
 
 
 def _for_all_times(task: Task, timing: Timing, refused: Refused) -> bool:
@@ -155,7 +156,7 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing) -> MinsnapE
     sentence, note = str(refused), ""
     if proof is not None and not own_times:
         tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
-        refused, note = _unproved(refused), f"; this is not proved of all times{tried}"
+        refused, note = unproved(refused), f"; this is not proved of all times{tried}"
     if refused is again and shortest is not None:
         refused.shortest, note = shortest, f"{note}; the shortest found is {shortest:.6g} s"
     if note:
@@ -190,15 +191,6 @@ def _necessary(task: Task, timing: Timing) -> Task:
     return task if timing.limits is None else task.with_walls(timing.limits.necessary_walls(task.waypoints))
 
 
-def _unproved(refused: InfeasibleError) -> UnprovedError:
-    """Return the same refusal without a proof: other times may have a plan."""
-    if isinstance(refused, UnprovedError):
-        return refused
-    error = UnprovedError(str(refused), leg=refused.leg, instant=refused.instant, shortest=refused.shortest)
-    error.smallest_width = refused.smallest_width
-    return error
-
-
 def too_short(task: Task, timing: Timing, refused: Refused | None = None) -> InfeasibleError | None:
     """Return a proof that the times of the request are too short for the ways between the waypoints, or None.
 
@@ -207,32 +199,17 @@ def too_short(task: Task, timing: Timing, refused: Refused | None = None) -> Inf
     if not task.explained or _starts_beyond(task, timing):
         return None
     shortest = getattr(refused, "shortest", None)
-    from minsnap.durations.short_total import short_leg, short_total
+    from minsnap.refusals.short_total import short_leg, short_total
 
     bounded = _necessary(replace(task, pieces=2) if timing.refine else task, timing)
     if timing.durations is not None:
         proof = short_leg(bounded, timing.durations)
-        if proof is None:
-            return None
-        leg = proof.moves[0].start
-        return InfeasibleError(
-            f"leg {leg} has {proof.total:.6g} s, and its length alone needs {float(proof.least):.6g} s: give it "
-            "more time",
-            leg=leg,
-            contradiction=proof,
-        )
+        return None if proof is None else leg_too_short(proof)
     longest, free = LONGEST * task.legs, timing.total_time is None
     proof = short_total(bounded, longest if free else timing.total, any_time=free)
     if proof is None:
         return None if free else _below_least(task, timing, shortest)
-    known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
-    message = (
-        f"{proof.total:.6g} s are too short for the limits: the lengths of the legs alone need "
-        f"{float(proof.least):.6g} s{known}"
-    )
-    if proof.least > longest:
-        message = "the limits on derivatives let no curve pass the waypoints in any time: loosen them"
-    return InfeasibleError(message, shortest=shortest, contradiction=proof)
+    return (any_time_too_short if proof.least > longest else total_too_short)(proof, shortest)
 
 
 def _below_least(task: Task, timing: Timing, shortest: float | None) -> InfeasibleError | None:
@@ -242,11 +219,7 @@ def _below_least(task: Task, timing: Timing, shortest: float | None) -> Infeasib
     from minsnap.bounds.least_time import BelowLeast
 
     proof = BelowLeast(timing.total, least_of(task, timing.limits))
-    if not proof.verify():
-        return None
-    known = "" if shortest is None else f", and the shortest found takes {shortest:.6g} s"
-    message = f"{proof.total:.6g} s are too short for the limits: every flight takes {proof.least:.6g} s{known}"
-    return InfeasibleError(message, shortest=shortest, contradiction=proof)
+    return below_least_time(proof, shortest) if proof.verify() else None
 
 
 def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:

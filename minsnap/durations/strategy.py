@@ -39,7 +39,6 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.durations.longer_times import RESERVES
 from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
-from minsnap.durations.refusal import explain
 from minsnap.durations.shortest_question import (
     QUESTION,
     begun_from,
@@ -52,15 +51,12 @@ from minsnap.durations.shortest_question import (
 )
 from minsnap.durations.time_stretch import (
     STRETCH,
-    UnlimitedError,
     grained,
     measuring_work,
     nearby_factor,
-    nothing_limits,
     paced,
     powers_factor,
     touching_factor,
-    yaw_too_fast,
 )
 from minsnap.durations.timing import Run, Timing, found_in, timed
 from minsnap.durations.watched_search import WatchedSearch
@@ -75,6 +71,8 @@ from minsnap.optimisation.optimum import NO_KNOTS, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import from_whole, parted
+from minsnap.refusals.given_times import explain
+from minsnap.refusals.sentences import UnlimitedError, exceeded_by_a_search, nothing_limits, yaw_too_fast
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.instants import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
@@ -595,7 +593,8 @@ class Strategy:
         else:
             guess = self._paced(solved, limit)
             if guess is None or guess.least is None:
-                return Attempt(curve=curve, reason=yaw_too_fast(self.limits, solved.flown))
+                turns = (used for used in self.limits.utilisation(solved.flown) if used.name == "yaw_rate")
+                return Attempt(curve=curve, reason=yaw_too_fast(next(turns)))
             guesses = [guess, replace(guess, durations=guess.least / guess.slower)]
             enough = SETTINGS.slow_by_turns * float(guess.least.sum())  # its turns alone take so long
         if not self.task.still:
@@ -758,12 +757,7 @@ class Strategy:
             return SolverError("no plan that keeps the walls and the limits was found from this start")
         used = self._exceeded()
         if used is not None:
-            inside = " inside the corridor" if self.task.walls else ""
-            return SolverError(
-                f"no plan that keeps the limits{inside} was found: in one for {SETTINGS.limit_factor:g} times as much "
-                f"of each, {used.name} reaches {used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where "
-                f"{used.limit:.6g} is allowed; raise it or change the path"
-            )
+            return exceeded_by_a_search(used, bool(self.task.walls), SETTINGS.limit_factor)
         durations = curve.durations if curve is not None and curve.kept else self.times
         if not (durations <= LONGEST).all():
             return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")

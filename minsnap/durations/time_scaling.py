@@ -18,7 +18,6 @@ from minsnap.durations.time_stretch import (
     measuring_work,
     nearby_factor,
     without_derivative_walls,
-    yaw_too_fast,
 )
 from minsnap.durations.timing import (
     Run,
@@ -36,6 +35,7 @@ from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.refusals.sentences import yaw_too_fast
 
 SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""
@@ -94,8 +94,9 @@ def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], se
     nearby = nearby_factor(limits, lambda slower: timed(solved, factor=factor * slower).trajectory, deadline=deadline)
     if nearby is not None:
         return timed(solved, search, factor * nearby)
-    if most_used(limits, planned.trajectory).name == "yaw_rate":
-        raise yaw_too_fast(limits, planned.trajectory)
+    used = most_used(limits, planned.trajectory)
+    if used.name == "yaw_rate":
+        raise yaw_too_fast(used)
     raise SolverError("no speed was found at which the path keeps its limits with a yaw that is a function of time")
 
 

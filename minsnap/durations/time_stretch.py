@@ -20,9 +20,10 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
-from minsnap.errors import LimitError, SolverError
+from minsnap.errors import SolverError
 from minsnap.limits.compliance import KEPT, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.refusals.sentences import no_limits, nothing_limits
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.instants import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
@@ -131,7 +132,7 @@ def touching_factor(
         return float(np.log(max(used, 1.0 / STRETCH.largest_measured_use)))  # nearly linear in the factor's
 
     if not limits.given():
-        raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
+        raise no_limits()
     powers = powers_factor(limits, trajectory)
     if guess is not None and powers is None:
         nearby = nearby_factor(limits, trajectory.stretched(guess).stretched, not roughly, deadline=deadline)
@@ -256,16 +257,6 @@ def grained(factor: float) -> float:
     return ceil(factor * STRETCH.grains) / STRETCH.grains
 
 
-class UnlimitedError(LimitError):
-    """No limit ends a search for the shortest time: a total, or a price of time, may have a plan."""
-
-
-def nothing_limits(names: Sequence[str]) -> UnlimitedError:
-    """Say that no limit ends the search."""
-    used = " and ".join(KIND[name].label if name in KIND else name for name in names)
-    return UnlimitedError(f"nothing limits the time: the path keeps the limit on {used} at any speed; add another one")
-
-
 def _first_crossing(over: Callable[[float], float], start: float) -> float:
     """First root of an excess below ``start``, in steps of STRETCH.first_step; ``start`` if there is none nearby."""
     if over(start) > -KEPT:
@@ -344,15 +335,6 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
         durations = curve.durations * on_pieces(share * turns)
         tried.append(durations * max(excess(durations).max(), 1.0))
     return np.asarray(next(one for one in sorted(tried, key=np.sum) if excess(one).max() <= kept))
-
-
-def yaw_too_fast(limits: Limits, curve: Trajectory) -> LimitError:
-    """Say that the yaw is a function of time, which no speed slows."""
-    used = next(used for used in limits.utilisation(curve) if used.name == "yaw_rate")
-    return LimitError(
-        f"the yaw turns at {used.value:.4g} rad/s at {used.instant:.4g} s, however slow the plan, and "
-        f"{used.limit:g} rad/s are allowed: give one that turns more slowly"
-    )
 
 
 def on_derivatives(walls: Sequence[Walls]) -> list[Walls]:

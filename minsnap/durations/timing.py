@@ -13,11 +13,12 @@ from minsnap.basics.arrays import FloatArray, set_fields
 from minsnap.basics.checks import check_time
 from minsnap.basics.deadline import Deadline
 from minsnap.basics.messages import shown
-from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
+from minsnap.errors import MinsnapError, SolverError, TimingError
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve, solve_by_reference
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.refusals.sentences import no_limits
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -98,7 +99,7 @@ class Timing:
     def check(self) -> None:
         """Raise unless exactly one way of choosing durations is set, and nothing that it would ignore."""
         if self.limits is not None and not self.limits.given():
-            raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
+            raise no_limits()
         names = ("durations", "total_time", "time_weight")
         chosen = [name for name in names if getattr(self, name) is not None]
         if len(chosen) > 1:
@@ -221,7 +222,7 @@ def _or_explained(solved: SolvedTask | Unsolved, task: Task, durations: FloatArr
 def _explained(task: Task, durations: FloatArray) -> MinsnapError:
     if not task.explained:
         return SolverError("no curve was found that keeps the walls and the limits in these durations")
-    from minsnap.durations.refusal import explain
+    from minsnap.refusals.given_times import explain
 
     return explain(task, durations)
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from minsnap.basics.deadline import WORK, LateError
 from minsnap.durations.least_cost import Log
-from minsnap.durations.time_stretch import UnlimitedError, nothing_limits
 from minsnap.durations.timing import Timing
 from minsnap.native.shortest_time import ShortestCurve, ShortestQuestion, Watch, search_shortest
 from minsnap.optimisation.task import Task
+from minsnap.refusals.sentences import UnlimitedError, nothing_limits
 
 REMEMBERED = 32
 """Searches of a question whose end is remembered."""

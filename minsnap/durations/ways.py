@@ -28,6 +28,7 @@ from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
+from minsnap.refusals.sentences import connector_too_long, no_connector
 from minsnap.trajectory.trajectory import Trajectory
 
 NEAR_LEAST = 1.05
@@ -76,15 +77,15 @@ class EndConnectors:
         """Return the same times without those of the ways; an error where that leaves a leg no time."""
         first, last = self._taken
         if timing.total_time is not None:
-            short = _too_little(float(timing.total_time), first + last, None)
-            return short or replace(timing, total_time=float(timing.total_time) - (first + last))
+            total = float(timing.total_time) - (first + last)
+            short = total <= 0.0
+            return connector_too_long(timing.total, first + last, None) if short else replace(timing, total_time=total)
         if timing.durations is None:
             return timing
         durations = np.array(timing.durations, dtype=np.float64)
         for leg, taken in ((0, first), (-1, last)):
-            short = _too_little(float(durations[leg]), taken, leg % len(durations))
-            if short is not None:
-                return short
+            if taken >= durations[leg]:
+                return connector_too_long(float(durations[leg]), taken, leg % len(durations))
             durations[leg] -= taken
         return replace(timing, durations=durations)
 
@@ -142,16 +143,6 @@ class EndConnectors:
             reason = SolverError("the ways to a state on its limits could not be certified: loosen a limit")
             return PlanOutcome(reason=reason)
         return PlanOutcome(answer)
-
-
-def _too_little(duration: float, taken: float, leg: int | None) -> UnprovedError | None:
-    if taken < duration:
-        return None
-    return UnprovedError(
-        f"{'the plan' if leg is None else f'leg {leg}'} has {duration:.6g} s, and the way between its limits and "
-        f"a state with room takes {taken:.4g} s: give it more time",
-        leg=leg,
-    )
 
 
 def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -> PlanOutcome:
@@ -293,13 +284,13 @@ def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors | Lim
     if start:
         before = connect_start(pinned_state(task), task.walls, limits, task.deadline)
         if before is None:
-            return no_connector(task, limits, 0)
+            return _unconnected(task, limits, 0)
         task = from_end(task, before)
     if end_on_limit(task, limits):
         backwards = (-1.0) ** np.arange(task.half)[:, None] * pinned_state(task, task.legs)
         way = connect_start(backwards, task.walls, limits, task.deadline, task.legs - 1)
         if way is None:
-            return no_connector(task, limits, task.legs)
+            return _unconnected(task, limits, task.legs)
         after = way.reversed()
         task = _moved(task, task.legs, after.states(0.0, task.half))
     return EndConnectors(task, before, after)
@@ -316,20 +307,9 @@ def end_on_limit(task: Task, limits: Limits) -> bool:
     return moves and pinned_use(task, limits, task.legs) > 1.0 - RECOVERY.on_limit
 
 
-def no_connector(task: Task, limits: Limits, waypoint: int) -> LimitError:
-    """Say that no way between a state on or outside its limits and one with room was found."""
-    used = max(limits.use_of_state(task.pins[waypoint], task.dim), key=lambda entry: entry.fraction)
-    if waypoint:
-        what, leg = "the end has", task.legs - 1
-        advice = f"no way to it inside the corridor was found: widen the corridor of leg {leg}, or end more slowly"
-    else:
-        what = "the start has"
-        advice = "no way back inside the corridor was found: widen the corridor of leg 0, or slow down first"
-    return LimitError(
-        f"{what} {used.name} {used.value:.6g} where {used.limit:.6g} is allowed, and {advice}",
-        waypoint=waypoint,
-        smallest=used.value,
-    )
+def _unconnected(task: Task, limits: Limits, waypoint: int) -> LimitError:
+    used = limits.use_of_state(task.pins[waypoint], task.dim)
+    return no_connector(waypoint, max(used, key=lambda entry: entry.fraction))
 
 
 def from_end(task: Task, way: Trajectory) -> Task:

@@ -14,14 +14,13 @@ from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess,
 from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.longer_times import RESERVES
 from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
-from minsnap.durations.refusal import explain
 from minsnap.durations.shortest_question import guess_of
 from minsnap.durations.strategy import Strategy, balanced_price
 from minsnap.durations.time_scaling import flown_fastest, scaled_plan
-from minsnap.durations.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
+from minsnap.durations.time_stretch import grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, attempted, found_in, solved_or_explained, timed
 from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
-from minsnap.errors import LimitError, MinsnapError, SolverError, UnprovedError
+from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
@@ -30,6 +29,14 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.refusals.given_times import explain
+from minsnap.refusals.sentences import (
+    UnlimitedError,
+    exceeded_at_least_cost,
+    only_found,
+    pinned_beyond,
+    shorter_than_found,
+)
 from minsnap.trajectory.report import Utilisation
 
 AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
@@ -168,9 +175,11 @@ def _at_total(timing: Timing, search: LeastPriced, free: Timed | None) -> PlanOu
     """Search for a total from the plan without limits, or the fastest, and fly that more slowly where none is found."""
     total, task = timing.total, search.task
     shortest = Strategy(task, timing).run()
-    if shortest.planned is None or shortest.planned.trajectory.duration * (1.0 - KEPT) > total:
-        return shortest if shortest.planned is None else PlanOutcome(reason=_total_too_short(total, shortest.planned))
+    if shortest.planned is None:
+        return shortest
     last, fastest = shortest.planned, shortest.planned.solved
+    if last.trajectory.duration * (1.0 - KEPT) > total:
+        return PlanOutcome(reason=shorter_than_found(total, fastest.trajectory.duration))
     interrupted = last.interrupted or (free is not None and free.interrupted)
     best, longer = (None, None) if interrupted else search.at_total(total, fastest if free is None else free.solved)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
@@ -212,26 +221,10 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     return next((one for one in planned if one is not None), None)
 
 
-def _total_too_short(total: float, fastest: Timed) -> UnprovedError:
-    """Say that a total is shorter than the shortest plan."""
-    shortest = fastest.solved.trajectory.duration
-    return UnprovedError(
-        f"no plan of {total:.6g} s within the limits was found: the shortest found is {shortest:.6g} s",
-        shortest=shortest,
-    )
-
-
 def _stretched(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> PlanOutcome:
     """Fly the shortest plan more slowly, or say that there is only that one."""
     slower = _lengthened(task, fastest, timing, search)
-    if slower is not None:
-        return PlanOutcome(slower)
-    total, shortest = timing.total, fastest.trajectory.duration
-    reason = UnprovedError(
-        f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that time",
-        shortest=shortest,
-    )
-    return PlanOutcome(reason=reason)
+    return PlanOutcome(slower, None if slower else only_found(timing.total, fastest.trajectory.duration))
 
 
 def _cheapest(task: Task, timing: Timing, price: float | None, durations: FloatArray, search: Run) -> Timed | None:
@@ -317,23 +310,10 @@ def limits_kept(planned: Timed, task: Task, timing: Timing, stretchable: bool = 
     other = None if stretchable else searched_in_time(planned.solved, task, timing)
     if other is not None:
         return PlanOutcome(other)
-    where = f"on leg {used.leg} at {used.instant:.4g} s"
-    if limits.medium.drags:
-        where += " with the vehicle's drag"
-    message = f"the plan of least cost in {total:.6g} s does not keep {used.name}: it reaches {used.value:.6g} {where}"
-    if not task.still:
-        return PlanOutcome(reason=UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant))
-    factor = grained(touching_factor(limits, planned.trajectory, deadline=task.deadline))
-    if stretchable:
+    factor = grained(touching_factor(limits, planned.trajectory, deadline=task.deadline)) if task.still else None
+    if stretchable and factor is not None:
         return PlanOutcome(replace(planned, trajectory=planned.trajectory.stretched(factor)))
-    reason = UnprovedError(
-        f"{message}; {total * factor:.6g} s would do in these proportions",
-        leg=used.leg,
-        instant=used.instant,
-        shortest=total * factor,
-        stretch=factor,
-    )
-    return PlanOutcome(reason=reason)
+    return PlanOutcome(reason=exceeded_at_least_cost(total, used, limits.medium.drags, factor))
 
 
 def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> None:
@@ -359,17 +339,9 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
 
 
 def _pinned_at(waypoint: int, used: Utilisation) -> LimitError:
-    lower = used.name == "min_thrust"
-    change = "lower the limit to at most" if lower else "raise the limit to at least"
-    where, value = "beyond", used.value
-    if used.fraction <= 1.0 + KEPT:
-        where, value = "at", used.value * (1.0 - LIMIT_ROOM if lower else 1.0 + LIMIT_ROOM)
-    return LimitError(
-        f"the state pinned at waypoint {waypoint} has {used.name} {used.value:.6g}, {where} its limit "
-        f"{used.limit:.6g}: {change} {value:.6g}",
-        waypoint=waypoint,
-        smallest=value,
-    )
+    at = used.fraction <= 1.0 + KEPT  # beyond it, what the state has is room enough
+    room = 0.0 if not at else -LIMIT_ROOM if used.name == "min_thrust" else LIMIT_ROOM
+    return pinned_beyond(waypoint, used, used.value * (1.0 + room), at)
 
 
 class LeastPriced:

@@ -9,13 +9,13 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give
-from minsnap.optimisation.contradiction import Contradiction, contradicting_joints
-from minsnap.optimisation.infeasibility import UNPROVED, Pressed, explain_corridor
 from minsnap.optimisation.linear_rows import DENSE
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.task_walls import all_walls, normalised_walls
+from minsnap.refusals.contradiction import Contradiction, contradicting_joints
+from minsnap.refusals.infeasibility import UNPROVED, Pressed, explain_corridor
 
 
 def explain(task: Task, durations: FloatArray) -> MinsnapError:

@@ -12,12 +12,12 @@ from minsnap.basics.cached import cached_property
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give
 from minsnap.native.status import Status
-from minsnap.optimisation.contradiction import Contradiction, find_contradiction
 from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.task_walls import AllWalls, all_walls
+from minsnap.refusals.contradiction import Contradiction, find_contradiction
 
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""

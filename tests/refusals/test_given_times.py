@@ -7,7 +7,7 @@ from tasks import REFERENCE
 import minsnap
 from minsnap.errors import InfeasibleError, UnprovedError
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.contradiction import Contradiction
+from minsnap.refusals.contradiction import Contradiction
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
 

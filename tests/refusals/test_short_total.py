@@ -7,8 +7,8 @@ import pytest
 from tasks import random_legs, task_of
 
 import minsnap
-from minsnap.durations.short_total import short_leg, short_total
 from minsnap.limits.limits import Limits
+from minsnap.refusals.short_total import short_leg, short_total
 
 POINTS = np.array([(0.0, 0.0, 0.0), (3.0, 4.0, 0.0), (3.0, 0.0, 2.0), (1.0, 0.0, -2.0)])
 STEPS = np.diff(POINTS, axis=0)

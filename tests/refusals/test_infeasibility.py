@@ -12,11 +12,11 @@ from minsnap.cli.app import exit_status
 from minsnap.errors import InfeasibleError, SolverError
 from minsnap.native.corridor import Give
 from minsnap.native.library import using
-from minsnap.optimisation.contradiction import find_contradiction
 from minsnap.optimisation.least_slacks import native_slacks
 from minsnap.optimisation.task_walls import all_walls
 from minsnap.planning.planner import task_of
 from minsnap.planning.request import PlanRequest
+from minsnap.refusals.contradiction import find_contradiction
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
 

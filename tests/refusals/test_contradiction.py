@@ -11,10 +11,10 @@ from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.basics.deadline import Deadline, LateError
-from minsnap.durations.refusal import explain
 from minsnap.errors import InfeasibleError
 from minsnap.native.library import using
-from minsnap.optimisation import infeasibility
+from minsnap.refusals import infeasibility
+from minsnap.refusals.given_times import explain
 
 SIDEWAYS = {"velocity": (0.0, 3.0, 0.0)}
 LEG = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)]
