@@ -261,7 +261,7 @@ class InfeasibleError(InputError):
     contradiction : minsnap.refusals.contradiction.Contradiction or None
         The proof: walls at instants, with multipliers, that no curve satisfies together at ``contradiction.durations``.
         Where the plan chose these, the sentence says so. Of a total, or a leg, too short for the limits
-        a ``durations.short_total.ShortTotal`` or a ``bounds.least_time.BelowLeast``; of a map without a way a
+        a ``refusals.short_total.ShortTotal`` or a ``bounds.least_time.BelowLeast``; of a map without a way a
         ``routes.barrier.Barrier``.
     """
 

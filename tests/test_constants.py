@@ -6,7 +6,8 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "minsnap"
 PAGE = PACKAGE.parent / "docs" / "constants.rst"
-CORE = ("basics/tolerances.py", "polynomials/*.py", "corridors/*.py", "certificate.py", "optimisation/*.py")
+FOLDERS = ("polynomials/*.py", "corridors/*.py", "optimisation/*.py", "refusals/*.py")
+CORE = ("basics/tolerances.py", "certificate.py", *FOLDERS)
 APART = ("grid_", "given_", "occupancy_")
 """Modules that read what users give: maps and waypoints."""
 
