@@ -166,6 +166,9 @@ void each_fault_of_a_vehicle_has_its_sentence(minsnap_planner *planner) {
     wrong_vehicle("inertia about axis 1 is -1", [](minsnap_vehicle &vehicle) { vehicle.inertia[4] = -1.0; });
     wrong_vehicle("reserve is 1", [](minsnap_vehicle &vehicle) { vehicle.reserve = 1.0; });
     wrong_vehicle("cannot hold altitude", [](minsnap_vehicle &vehicle) { vehicle.most = 1.0; });
+    wrong_vehicle("drag of the vehicle is -1 and 0", [](minsnap_vehicle &vehicle) { vehicle.drag[0] = -1.0; });
+    wrong_vehicle("drag of the vehicle is 0 and -1", [](minsnap_vehicle &vehicle) { vehicle.drag[1] = -1.0; });
+    wrong_vehicle("drag of the vehicle", [](minsnap_vehicle &vehicle) { vehicle.drag[3] = endless; });
 }
 
 void null_pointers(minsnap_planner *planner) {
@@ -218,15 +221,21 @@ struct Random {
     std::uint64_t below(std::uint64_t most) { return next() % most; }
 };
 
-// Random bytes where numbers stand, counts and pointers mostly kept so that what is read exists.
-void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
+// Asked as often as its context says, then it ends the search.
+std::int64_t stop_later(void *context) { return --*static_cast<int *>(context) < 0; }
+
+// Random bytes where numbers stand, counts and pointers mostly kept so that what is read exists. Planners take turns, and go on with curves of
+// each other.
+void random_bytes(minsnap_planner *const planners[2], std::uint64_t seed, int rounds) {
     Random random{seed};
     const double odd[] = {0.0, -0.0, 1.0, -1.0, 1e-320, 1e-40, 1e40, 1.7e308, none, endless, -endless, 3.0, 0.3};
     for (int round = 0; round < rounds; ++round) {
+        minsnap_planner *const planner = planners[round % 2], *const other = planners[(round + 1) % 2];
         double angles[4], places[12], times[3], wide[3], corners[2][9], normals[6], bounds[2], radii[4], ends[2][15];
         std::int64_t legs[2];
+        const std::uint64_t rarity = std::uint64_t(12) << random.below(10);  // of odd numbers, so that rounds end in checks and in searches
         auto number = [&](double usual) {
-            const std::uint64_t kind = random.below(12);
+            const std::uint64_t kind = random.below(rarity);
             double value = usual * (0.5 + double(random.below(1000)) / 1000.0);
             if (kind == 0) value = odd[random.below(sizeof odd / sizeof *odd)];
             if (kind == 1 && random.below(4) == 0) {
@@ -250,14 +259,14 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
         minsnap_problem problem = minsnap_problem_new();
         minsnap_limits limits = minsnap_limits_new();
         auto sometimes = [&](std::uint64_t most) { return random.below(most) == 0; };
-        problem.dim = 1 + std::int64_t(random.below(3)), problem.waypoints = 4, problem.points = places;
+        problem.dim = sometimes(2) ? 3 : 1 + std::int64_t(random.below(3)), problem.waypoints = 4, problem.points = places;
         const std::int64_t counts[] = {-1, std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min(), 0, 1 << 30};
-        if (sometimes(20)) problem.dim = counts[random.below(5)];
-        if (sometimes(20)) problem.waypoints = std::int64_t(random.below(4));
-        problem.degree = sometimes(3) ? 3 + 2 * std::int64_t(random.below(5)) : 0;
+        if (sometimes(60)) problem.dim = counts[random.below(5)];
+        if (sometimes(60)) problem.waypoints = std::int64_t(random.below(4));
+        problem.degree = sometimes(4) ? 3 + 2 * std::int64_t(random.below(5)) : 0;
         problem.pieces = sometimes(4) ? std::int64_t(random.below(3)) : 0;
-        if (sometimes(20)) problem.pieces = counts[random.below(5)];
-        if (sometimes(20)) problem.degree = counts[random.below(5)];
+        if (sometimes(60)) problem.pieces = counts[random.below(5)];
+        if (sometimes(60)) problem.degree = counts[random.below(5)];
         if (sometimes(10)) problem.closed = 1;
         if (problem.closed == 1 && problem.dim >= 1 && problem.dim <= 3)
             std::memcpy(places + 3 * problem.dim, places, sizeof *places * std::size_t(problem.dim));
@@ -265,37 +274,49 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
         if (kind == 0) problem.durations = times;
         if (kind == 1) problem.total_time = number(8.0);
         if (kind == 2) problem.limits = &limits;
-        double *const bound[] = {&limits.speed, &limits.acceleration, &limits.jerk, &limits.max_thrust, &limits.tilt};
-        const double usual[] = {3.0, 4.0, 30.0, 2.0, 0.5};
+        double *const often[] = {&limits.speed, &limits.acceleration, &limits.jerk, &limits.max_thrust, &limits.tilt};
+        double *const seldom[] = {&limits.snap, &limits.min_thrust, &limits.body_rate, &limits.gravity};
+        const double usual[] = {3.0, 4.0, 30.0, 2.5, 0.5}, further[] = {200.0, 0.5, 3.0, 9.81};
         for (int k = 0; k < 5; ++k)
-            if (!sometimes(3)) *bound[k] = number(usual[k]);
+            if (!sometimes(3) && (k < 3 || problem.dim == 3)) *often[k] = number(usual[k]);
+        for (int k = 0; k < 4; ++k)
+            if (sometimes(6)) *seldom[k] = number(further[k]);
         minsnap_vehicle vehicle = minsnap_vehicle_new();
         vehicle.mass = number(0.5), vehicle.least = number(0.1), vehicle.most = number(2.5), vehicle.reserve = number(0.1),
         vehicle.yaw = number(1.0);
         for (double &value : vehicle.mixer) value = number(0.25);
         for (int axis = 0; axis < 3; ++axis) vehicle.inertia[4 * axis] = number(0.002);
+        for (double &value : vehicle.drag) value = sometimes(2) ? 0.0 : number(0.1);
         if (sometimes(5)) limits.vehicle = &vehicle;
         if (sometimes(3)) problem.widths = wide;
         if (sometimes(3)) problem.box_lower = corners[0], problem.box_upper = corners[1];
         if (sometimes(3))
             problem.planes = std::int64_t(random.below(3)), problem.plane_leg = legs, problem.plane_normal = normals,
             problem.plane_bound = bounds;
-        if (sometimes(3)) problem.radii = radii;
+        if (sometimes(5)) problem.radii = radii;
         minsnap_gate gates[2] = {minsnap_gate_new(), minsnap_gate_new()};
         for (minsnap_gate &gate : gates) {
-            gate.waypoint = std::int64_t(random.below(4)), gate.crossing = std::int64_t(random.below(3)) - 1;
+            gate.waypoint = sometimes(8) ? std::int64_t(random.below(4)) : 1 + (&gate - gates),
+            gate.crossing = std::int64_t(random.below(3)) - 1;
             for (double &value : gate.normal) value = number(1.0);
+            for (double &value : gate.up) value = sometimes(3) ? number(1.0) : 0.0;
             gate.width = number(1.0), gate.height = sometimes(3) ? 0.0 : number(1.0), gate.margin = number(0.1);
-            if (sometimes(5)) gate.corner = corners[0], gate.corners = std::int64_t(random.below(4));
+            if (sometimes(20)) gate.corner = corners[0], gate.corners = std::int64_t(random.below(4));
         }
+        if (sometimes(20)) gates[0].corners = counts[random.below(5)];
         if (sometimes(3)) problem.gates = 1 + std::int64_t(random.below(2)), problem.gate = gates;
+        if (sometimes(50)) problem.gates = counts[random.below(5)];
         for (double &angle : angles) angle = number(3.0);
         if (problem.closed == 1) angles[3] = angles[0];
         if (sometimes(4)) problem.yaws = angles;
-        if (sometimes(4)) problem.start = ends[0];
-        if (sometimes(4)) problem.end = ends[1];
+        if (sometimes(4) && (problem.closed == 0 || sometimes(8))) problem.start = ends[0];
+        if (sometimes(4) && (problem.closed == 0 || sometimes(8))) problem.end = ends[1];
         problem.seconds = 0.003;
+        int asked = int(random.below(40));
+        if (sometimes(6)) problem.stop = stop_later, problem.context = &asked;
         minsnap_curve curve = minsnap_curve_new();
+        std::int64_t *const sizes[] = {&problem.size, &limits.size, &vehicle.size, &gates[0].size, &curve.size};
+        if (sometimes(40)) *sizes[random.below(5)] += random.next() >> random.below(64);
         const minsnap_status status = minsnap_plan(planner, &problem, &curve);
         EXPECT(minsnap_status_name(status) != nullptr);
         if (status != MINSNAP_DONE) EXPECT(minsnap_message(planner)[0] != 0);
@@ -309,11 +330,13 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
             EXPECT(least == -1.0 && minsnap_message(planner)[0] != 0);
         if (curve.legs == 0) continue;
         minsnap_certificate proved = minsnap_certificate_new();
-        EXPECT(minsnap_certify(planner, &problem, &curve, &proved) == MINSNAP_DONE && proved.kept == 1);
+        EXPECT(minsnap_certify(other, &problem, &curve, &proved) == MINSNAP_DONE && proved.kept == 1);
         minsnap_curve again = minsnap_curve_new();
         const double now = number(0.1);
-        if (problem.limits != nullptr) minsnap_brake(planner, &problem, &curve, now, &again);
-        if (problem.limits != nullptr) minsnap_replan(planner, &problem, &curve, now, number(0.003), &again);
+        if (problem.limits == nullptr) continue;
+        minsnap_brake(other, &problem, &curve, now, &again);
+        minsnap_replan(other, &problem, &curve, now, number(0.003), &again);
+        minsnap_replan(planner, &problem, &curve, now, number(0.003), &curve);
     }
 }
 
@@ -350,14 +373,15 @@ void random_curves(minsnap_planner *planner, std::uint64_t seed, int rounds) {
 int main(int count, char **arguments) {
     const std::uint64_t seed = count > 2 ? std::strtoull(arguments[2], nullptr, 10) : 60;
     const int rounds = count > 3 ? std::atoi(arguments[3]) : 1000;
-    minsnap_planner *planner = nullptr;
-    EXPECT(minsnap_open(MINSNAP_ABI, &planner) == MINSNAP_DONE);
+    minsnap_planner *planners[2] = {};
+    for (minsnap_planner *&each : planners) EXPECT(minsnap_open(MINSNAP_ABI, &each) == MINSNAP_DONE);
+    minsnap_planner *const planner = planners[0];
     each_fault_has_its_sentence(planner);
     each_fault_of_a_vehicle_has_its_sentence(planner);
     null_pointers(planner);
     short_vectors();
-    random_bytes(planner, seed + 1, rounds);
+    random_bytes(planners, seed + 1, rounds);
     random_curves(planner, seed + 2, rounds);
-    minsnap_close(planner);
+    for (minsnap_planner *each : planners) minsnap_close(each);
     return wrong != 0;
 }
