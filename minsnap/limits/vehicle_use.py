@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.cached import cached_property
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError
 from minsnap.limits.utilisation import leg_at, used_at
 from minsnap.native.library import core
-from minsnap.native.vehicle_bounds import VehicleNumbers, vehicle_bounds
-from minsnap.polynomials.bernstein import differentiate, elevate, subdivide
+from minsnap.native.vehicle_proof import Facing, VehicleNumbers, VehicleQuestion, vehicle_proof, vehicle_samples
+from minsnap.trajectory.heading import RemappedHeading, TurnedHeading
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
+from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory, remembered
 
 if TYPE_CHECKING:
@@ -71,6 +71,9 @@ LIFTED = ("max_thrust", "min_thrust", "tilt", "body_rate")
 
 ROTORS = ("rotor_thrust", "min_rotor_thrust")
 """Both sides of the rotors' thrust range."""
+
+QUANTITIES = (*LIFTED, *ROTORS)
+"""What is measured, in the order of the native core."""
 
 Bound = tuple[float, float, str]
 """Largest value, instant [s], method."""
@@ -131,23 +134,40 @@ class VehicleBound:
     def run(self, prove: bool = True) -> list[Bound]:
         """Return the largest value of each quantity, the margin added; proved, or only expected to be."""
         provable = self._provable
-        t, sampled = self.sampled(VEHICLE_USE.fewer if provable.all() else VEHICLE_USE.samples)
-        if prove and not provable.all():
-            t, sampled = remembered(self.traj, f"peaks of {self.names}", self.vehicle, lambda: self._finer(t, sampled))
-        values = sampled.max(axis=1) + self.margins
+        largest, instants = self._largest(prove)
+        values = largest + self.margins
         provable &= np.isfinite(values)
         if prove and provable.any():
-            names = [name for name, proof in zip(self.names, provable, strict=True) if proof]
-            values[provable] = proved(
-                values[provable],
-                partial(self.bounds, names),
-                self.traj,
-                lambda middle: (self._at(middle).max(axis=1) + VEHICLE_USE.finer * self.margins)[provable],
-            )
+            values = self._proved(values, provable)
         return [
-            (float(value), float(t[i]), "interval" if proof else "sampled")
-            for value, i, proof in zip(values, sampled.argmax(axis=1), provable, strict=True)
+            (float(value), float(t), "interval" if proof else "sampled")
+            for value, t, proof in zip(values, instants, provable, strict=True)
         ]
+
+    def _largest(self, prove: bool) -> tuple[FloatArray, FloatArray]:
+        """Return the largest of many samples of each quantity and the instants of these, (count,)."""
+        all_ = bool(self._provable.all())
+        samples = VEHICLE_USE.fewer if all_ else VEHICLE_USE.samples
+        if all_:
+            what = f"largest of {samples} samples"
+            known = remembered(self.traj, what, self.vehicle, lambda: vehicle_samples(self._question(), samples))
+            if known is not None:
+                return known[0][self._places], known[1][self._places]
+        t, sampled = self.sampled(samples)
+        if prove and not all_:
+            t, sampled = remembered(self.traj, f"peaks of {self.names}", self.vehicle, lambda: self._finer(t, sampled))
+        return sampled.max(axis=1), t[sampled.argmax(axis=1)]
+
+    def _proved(self, values: FloatArray, provable: BoolArray) -> FloatArray:
+        """Return values (count,), those that are provable raised until bounds prove that nothing goes beyond."""
+        every, finer, places = np.zeros(len(QUANTITIES)), np.zeros(len(QUANTITIES)), self._places
+        every[places], finer[places] = values, VEHICLE_USE.finer * self.margins
+        wanted = sum(1 << int(place) for place in places[provable])
+        return np.asarray(vehicle_proof(self._question(), every, finer, wanted, VEHICLE_USE)[places])
+
+    @property
+    def _places(self) -> IntArray:
+        return np.array([QUANTITIES.index(name) for name in self.names])
 
     def sampled(self, samples: int = VEHICLE_USE.samples) -> tuple[FloatArray, FloatArray]:
         """Return many instants (m,) [s] and the quantities there, (count, m); the same curve is sampled once."""
@@ -185,8 +205,8 @@ class VehicleBound:
         return self._quantities(flatness_of(self.vehicle, self.traj, t, drag=self.vehicle.flat_drag))
 
     @cached_property
-    def _turns(self) -> float:
-        return self.yaw.largest_jerk
+    def _facing(self) -> Facing | None:
+        return facing(self.traj, self.medium)
 
     @property
     def _provable(self) -> BoolArray:
@@ -194,12 +214,8 @@ class VehicleBound:
 
         The native core computes them.
         """
-        if self.yaw.medium is not None:
-            known = self.yaw.medium.values[1:3] == self.medium.values[1:3]
-        else:
-            known = bool(np.isfinite(self._turns))
-        alike = lateral_alike(self.vehicle) and core().library is not None
-        return np.array([alike and (known or name not in ROTORS) for name in self.names])
+        alike = lateral_alike(self.vehicle) and self.traj.dim == 3 and core().library is not None
+        return np.array([alike and (self._facing is not None or name not in ROTORS) for name in self.names])
 
     def _quantities(self, states: FlatStates) -> FloatArray:
         thrust, up = states.thrust / self.vehicle.weight, states.rotation[:, :, 2]
@@ -214,87 +230,34 @@ class VehicleBound:
         }
         return np.array([quantities[name] for name in self.names])
 
-    def bounds(self, names: Sequence[str], points: FloatArray, start: FloatArray, width: FloatArray) -> FloatArray:
-        """Upper bounds of some quantities on parts that begin at instants and are so wide [s], (names, parts)."""
-        half = 0.5 * width
-        heading = self._heading(start + half) if "rotor_thrust" in names else {}
-        bounds = vehicle_bounds(self._numbers, points, half, **heading)
-        if bounds is None:
-            return np.full((len(names), len(half)), np.inf)
-        thrust, least, tangent, rate, most, down = bounds.T
-        known = {
-            "max_thrust": thrust / self.medium.gravity,
-            "min_thrust": least / self.medium.gravity,
-            "tilt": np.where(np.isfinite(tangent), np.arctan(np.sqrt(tangent)), np.pi),
-            "body_rate": np.sqrt(rate),
-            "rotor_thrust": most - self.hover,
-            "min_rotor_thrust": down + self.hover,
-        }
-        return np.array([known[name] for name in names])
-
-    @cached_property
-    def _numbers(self) -> VehicleNumbers:
+    def _question(self) -> VehicleQuestion:
         vehicle = self.vehicle
-        return VehicleNumbers(vehicle.mass, np.array(self.medium.values), vehicle.inertia, vehicle.inverse_mixer)
-
-    def _heading(self, middle: FloatArray) -> dict[str, Any]:
-        """Return what the bounds take of the heading in the middle of each part."""
-        axes = self.yaw.axes(middle)
-        if axes is not None:
-            return {"axes": np.ascontiguousarray(np.moveaxis(np.array(axes[:2]), 2, 0))}
-        yaw = self.yaw(middle)
-        turns = np.stack((np.cos(yaw), np.sin(yaw), self.yaw(middle, 1), self.yaw(middle, 2)), axis=1)
-        return {"yaw": turns, "jerk": self._turns}
+        numbers = VehicleNumbers(vehicle.mass, np.array(self.medium.values), vehicle.inertia, vehicle.inverse_mixer)
+        return VehicleQuestion(numbers, self.traj, self._facing)
 
 
-def proved(
-    values: FloatArray,
-    bounds: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
-    traj: Trajectory,
-    attained: Callable[[FloatArray], FloatArray] | None = None,
-) -> FloatArray:
-    """Return values (count,) of quantities, raised until bounds prove that none goes beyond.
+def facing(traj: Trajectory, medium: Medium) -> Facing | None:
+    """Return how a trajectory heads, where that is known in closed form: by a polynomial, or without any spin.
 
     Parameters
     ----------
-    bounds : callable
-        From control points (parts, 4, 3, n) of velocity to snap on parts that begin at instants and are so wide [s] to
-        bounds (count, parts).
-    attained : callable, optional
-        From instants (m,) [s] to values (count,) a little above those there, to which the first ones may be raised.
+    traj : Trajectory
+    medium : Medium
+        Gravity and drag of the vehicle that flies it.
     """
-    points, start, width = motion_points(traj), traj.breaks[:-1], traj.durations
-    for level in range(VEHICLE_USE.rounds):
-        proved_bounds = bounds(points, start, width)
-        proved_bounds = np.where(np.isnan(proved_bounds), np.inf, proved_bounds)
-        open_ = (proved_bounds > values[:, None]).any(axis=0)
-        if attained is not None and level >= VEHICLE_USE.missed and open_.any():
-            values = np.fmax(values, attained((start + 0.5 * width)[open_]))
-            open_ = (proved_bounds > values[:, None]).any(axis=0)
-        if not open_.any():
-            return values
-        parts = VEHICLE_USE.parts if level else VEHICLE_USE.first
-        if open_.sum() * parts > VEHICLE_USE.most or level == VEHICLE_USE.rounds - 1:
-            break
-        points, start, width = _divided(points[open_], start[open_], width[open_], parts)
-    return np.asarray(np.maximum(values, proved_bounds.max(axis=1)))
-
-
-def motion_points(traj: Trajectory) -> FloatArray:
-    """Return control points of velocity to snap on each piece, of one degree, (pieces, 4, 3, n)."""
-    control, durations = traj.control_points, traj.durations
-    size = control.shape[1] - 1
-    scaled = (differentiate(control, order) / durations[:, None, None] ** order for order in range(1, 5))
-    return np.stack([elevate(part.transpose(0, 2, 1), size) for part in scaled], axis=1)
-
-
-def _divided(
-    points: FloatArray, start: FloatArray, width: FloatArray, parts: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    count, size = len(points), points.shape[3]
-    finer = subdivide(points.reshape(-1, size), parts).reshape(count, 12, parts, size).transpose(0, 2, 1, 3)
-    begins = start[:, None] + width[:, None] * np.arange(parts) / parts
-    return np.ascontiguousarray(finer).reshape(-1, 4, 3, size), begins.reshape(-1), np.repeat(width / parts, parts)
+    yaw, start, rate = traj.yaw, 0.0, 1.0
+    while isinstance(yaw, (RemappedHeading, TurnedHeading)):
+        if isinstance(yaw, RemappedHeading):
+            start, rate = yaw.start + yaw.rate * start, yaw.rate * rate
+        yaw = yaw.heading
+    if yaw.constant is not None:
+        return Facing(angle=yaw.constant)
+    if yaw.polynomial is not None:
+        return Facing(yaw.polynomial, start, rate, jerk=traj.yaw.largest_jerk)
+    if not isinstance(yaw, TiltHeading) or (start, rate) != (0.0, 1.0):
+        return None
+    known = yaw.medium.values[1:3] == medium.values[1:3] and traj._is_like(yaw.path)
+    return Facing(angle=yaw.angle, spinless=True) if known else None
 
 
 def lateral_alike(vehicle: Quadrotor) -> bool:

@@ -188,6 +188,10 @@ class VehicleRecord(Record):
     """A vehicle on parts of a path, and where their bounds are written; see ``vehicle_bounds``."""
 
 
+class VehicleUseRecord(Record):
+    """A vehicle along a curve, and where its largest values are written; see ``vehicle_proof.py``."""
+
+
 class SetsRecord(Record):
     """Sets of half-spaces, and where their largest balls or their reach are written; see ``half_space_sets.py``."""
 

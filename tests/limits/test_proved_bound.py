@@ -8,9 +8,10 @@ from tasks import spinless
 
 import minsnap
 from minsnap.limits import vehicle_use
-from minsnap.limits.vehicle_use import LIFTED, VehicleBound, _divided, motion_points, proved
+from minsnap.limits.vehicle_use import LIFTED, VehicleBound
 from minsnap.native.library import using
-from minsnap.native.vehicle_bounds import vehicle_bounds
+from minsnap.native.vehicle_proof import vehicle_bounds
+from minsnap.polynomials.bernstein import differentiate, elevate, subdivide
 from minsnap.trajectory.heading import RemappedHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import BodyDrag, Quadrotor, flatness_of
@@ -22,43 +23,81 @@ ALL = dict.fromkeys(LIFTED, 1.0)
 STILL = Trajectory(np.zeros((1, 8, 3)), [1.0])
 
 
-@pytest.mark.parametrize(
-    ("share_open", "counts"),
-    ((1.0, [1, 8, 32, 128, 512]), (0.0, [1, 8, 4, 4, 4, 4, 4, 4, 4])),
-)
-def test_what_is_not_proved_is_raised_to_its_own_bound(share_open, counts, monkeypatch):
-    """Parts that begin up to ``share_open`` are open, until they would be too many, or were divided too often."""
-    monkeypatch.setattr(vehicle_use, "VEHICLE_USE", replace(vehicle_use.VEHICLE_USE, most=512))
-    found = []
-
-    def bounds(points, start, width):
-        found.append(len(start))
-        return np.stack((np.where(start <= share_open, 2.0, 0.5), np.full(len(start), 4.0)))
-
-    assert proved(np.array([1.0, 5.0]), bounds, STILL).tolist() == [2.0, 5.0]
-    assert found == counts
+def through_a_turn(**asked):
+    path = minsnap.plan([(0, 0, 0), (2, 1, 0), (3, 3, 1)], [1.2, 1.5], yaw=[0.0, 2.0, -1.0], **asked)
+    return path, VehicleBound(replace(VEHICLE, drag=BOTH), path, ALL)
 
 
-@pytest.mark.parametrize(("attained", "most"), [(1.9, 2.0), (2.1, 2.1)])
-def test_what_samples_missed_is_sampled_where_parts_stay_open(attained, most):
-    """A peak that is narrow: parts are sampled in their middle, and closed once values are beyond it."""
-    asked = []
-
-    def bounds(points, start, width):
-        return np.where((start <= 0.3) & (0.3 <= start + width), 2.0, 0.5)[None]
-
-    def missed(middle):
-        asked.append(middle)
-        return np.array([attained if attained > 2.0 else np.nan])
-
-    assert proved(np.array([1.0]), bounds, STILL, missed).tolist() == [most]
-    found = np.concatenate(asked)
-    assert (np.abs(found - 0.3) <= STILL.duration / 256.0).all() and (len(asked) == 1) == (attained > 2.0)
+def proved(bound, values):
+    return bound._proved(values, np.ones(len(values), dtype=np.bool_))
 
 
-def test_what_has_no_bound_is_infinite(monkeypatch):
-    monkeypatch.setattr(vehicle_use, "VEHICLE_USE", replace(vehicle_use.VEHICLE_USE, most=512))
-    assert proved(np.array([1.0]), lambda points, start, width: start[None] * np.nan, STILL) == np.inf
+@pytest.mark.parametrize(("rounds", "parts"), [(1, 1), (2, 8), (3, 32)])
+def test_what_is_not_proved_is_raised_to_its_own_bound(rounds, parts, monkeypatch):
+    """Nothing is proved of values that are exceeded everywhere, and all parts are divided round after round."""
+    monkeypatch.setattr(vehicle_use, "VEHICLE_USE", replace(vehicle_use.VEHICLE_USE, rounds=rounds))
+    path, bound = through_a_turn()
+    found = proved(bound, np.full(6, -9.0))
+    assert found == pytest.approx(bounds_on_parts(bound, path, parts)[0].max(axis=1), rel=1e-9)
+
+
+def test_parts_are_divided_no_more_where_they_would_be_too_many(monkeypatch):
+    monkeypatch.setattr(vehicle_use, "VEHICLE_USE", replace(vehicle_use.VEHICLE_USE, most=2 * 32 - 1))
+    path, bound = through_a_turn()
+    assert proved(bound, np.full(6, -9.0)) == pytest.approx(bounds_on_parts(bound, path, 8)[0].max(axis=1), rel=1e-9)
+
+
+def test_what_samples_missed_is_sampled_where_parts_stay_open():
+    """From values that are exceeded, it comes to the largest of many samples, and barely beyond."""
+    path, bound = through_a_turn()
+    largest = bound.sampled(4096)[1].max(axis=1)
+    found = proved(bound, largest - 0.2 * np.abs(largest))
+    assert (largest <= found).all() and (found <= largest + 0.2 * bound.margins).all()
+
+
+def test_values_that_hold_stay_as_they_are():
+    path, bound = through_a_turn()
+    above = bound.sampled()[1].max(axis=1) + bound.margins
+    assert (proved(bound, above) == above).all()
+
+
+def test_what_has_no_bound_is_infinite():
+    """Thrust that vanishes on the way down has no direction."""
+    falling = Trajectory(np.array([[(0.0, 0.0, z) for z in (0.0, 0.0, 0.25, 0.25, -0.75, -3.75)]]), [1.0])
+    found = proved(VehicleBound(VEHICLE, falling, ALL), np.zeros(6))
+    assert np.isinf(found[3:]).all() and np.isfinite(found[:3]).all()
+
+
+@pytest.mark.parametrize("yaw", [0.4, [0.0, 2.0, -1.0, 0.0, 3.0], None], ids=["constant", "turning", "without spin"])
+@pytest.mark.parametrize("drag", (BodyDrag(), LINEAR, BOTH), ids=["no drag", "linear", "quadratic too"])
+def test_largest_samples_are_those_of_the_python_core(yaw, drag):
+    """Of one that flies at speed, and over its back."""
+    vehicle = replace(SKEW, drag=drag)
+    path = minsnap.plan([(0, 0, 0), (2, 1, 0), (3, 3, 1), (3, 3, 4), (4, 3, 0)], [1.2, 1.0, 0.5, 0.6], yaw=yaw)
+    bound = VehicleBound(vehicle, path if yaw else spinless(path, vehicle), ALL)
+    t, sampled = bound.sampled(vehicle_use.VEHICLE_USE.fewer)
+    values, instants = bound._largest(prove=True)
+    assert sampled[2].max() > 1.6  # over its back
+    assert values == pytest.approx(sampled.max(axis=1), rel=1e-8) and (instants == t[sampled.argmax(axis=1)]).all()
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 5, 11])
+def test_curves_of_every_degree_are_sampled_and_proved(degree):
+    """Derivatives beyond the degree are zero."""
+    path = Trajectory(np.random.default_rng(degree).normal(size=(2, degree + 1, 3)), [1.0, 1.5])
+    bound = VehicleBound(VEHICLE, path, ALL)
+    t, sampled = bound.sampled(vehicle_use.VEHICLE_USE.fewer)
+    largest = bound._largest(True)[0]
+    assert largest == pytest.approx(sampled.max(axis=1), rel=1e-9)
+    assert (proved(bound, largest + bound.margins) >= bound.sampled(999)[1].max(axis=1)).all()
+
+
+def test_a_yaw_on_another_clock_is_proved_too():
+    path, _ = through_a_turn()
+    back = path.with_yaw(RemappedHeading(RemappedHeading(path.yaw, path.duration, -1.0), 0.25, 0.5))
+    bound = VehicleBound(VEHICLE, back, {})
+    t, sampled = bound.sampled(vehicle_use.VEHICLE_USE.fewer)
+    assert bound._provable.all() and bound._largest(True)[0] == pytest.approx(sampled.max(axis=1), rel=1e-9)
 
 
 def moving(vehicle, drag, yaw):
@@ -70,13 +109,32 @@ def moving(vehicle, drag, yaw):
     return path, VehicleBound(vehicle, path, ALL)
 
 
+def bounds_on_parts(bound, path, parts):
+    """Bounds on equal parts of every piece, (quantities, parts), and where these begin and how wide they are [s]."""
+    control, size = path.control_points, path.control_points.shape[1] - 1
+    scaled = (differentiate(control, order) / path.durations[:, None, None] ** order for order in range(1, 5))
+    motion = np.stack([elevate(part.transpose(0, 2, 1), size) for part in scaled], axis=1)
+    points = subdivide(motion.reshape(-1, size), parts).reshape(-1, 12, parts, size).transpose(0, 2, 1, 3)
+    start = (path.breaks[:-1, None] + path.durations[:, None] * np.arange(parts) / parts).reshape(-1)
+    half = np.repeat(0.5 * path.durations / parts, parts)
+    axes, yaw = path.yaw.axes(start + half), [path.yaw(start + half, order) for order in range(3)]
+    turns = np.stack((np.cos(yaw[0]), np.sin(yaw[0]), yaw[1], yaw[2]), axis=1)
+    heading = {"yaw": turns, "jerk": path.yaw.largest_jerk}
+    if axes is not None:
+        heading = {"axes": np.ascontiguousarray(np.moveaxis(np.array(axes[:2]), 2, 0))}
+    points = np.ascontiguousarray(points).reshape(-1, 4, 3, size)
+    thrust, least, tangent, rate, most, down = vehicle_bounds(bound._question().vehicle, points, half, **heading).T
+    tilt = np.where(np.isfinite(tangent), np.arctan(np.sqrt(tangent)), np.pi)
+    lifted = thrust / bound.medium.gravity, least / bound.medium.gravity, tilt, np.sqrt(rate)
+    return np.array([*lifted, most - bound.hover, down + bound.hover]), start, 2.0 * half
+
+
 def gaps(bound, path, parts, inside=5):
     """How far bounds on parts are above the largest of some samples inside, (quantities, parts)."""
-    points, start, width = _divided(motion_points(path), path.breaks[:-1], path.durations, parts)
+    found, start, width = bounds_on_parts(bound, path, parts)
     t = start[:, None] + width[:, None] * np.linspace(0.0, 1.0, inside)
     states = flatness_of(bound.vehicle, path, t.reshape(-1), drag=bound.vehicle.drag)
-    most = bound._quantities(states).reshape(len(bound.names), -1, inside).max(axis=2)
-    return bound.bounds(bound.names, points, start, width) - most
+    return found - bound._quantities(states).reshape(len(bound.names), -1, inside).max(axis=2)
 
 
 @pytest.mark.parametrize("yaw", ([0.0, 2.0, -1.0], None), ids=["turning", "without spin"])
@@ -113,7 +171,7 @@ def test_bounds_hold_for_wild_curves(seed):
 def test_a_thrust_that_may_vanish_bounds_no_rate():
     falling = np.zeros((1, 4, 3, 3))
     falling[0, 1, 2] = -VEHICLE.gravity + np.array([-1.0, 0.0, 1.0])
-    numbers = VehicleBound(VEHICLE, STILL, {})._numbers
+    numbers = VehicleBound(VEHICLE, STILL, {})._question().vehicle
     thrust, _, tangent, rate, most, _ = vehicle_bounds(numbers, falling, np.ones(1), np.array([[1.0, 0, 0, 0]]))[0]
     assert thrust <= 1.0 + 1e-12 and np.isinf([tangent, rate, most]).all()
 
@@ -121,14 +179,14 @@ def test_a_thrust_that_may_vanish_bounds_no_rate():
 def test_a_heading_around_its_middle_is_bounded_by_its_third_derivative():
     """A hover that begins to turn about its axis at that rate: torque follows from the angular acceleration."""
     hover, half, jerk = np.zeros((1, 4, 3, 1)), 1e-3, 3.0
-    numbers, lever = VehicleBound(VEHICLE, STILL, {})._numbers, np.abs(VEHICLE.inverse_mixer[:, 3]).max()
+    numbers, lever = VehicleBound(VEHICLE, STILL, {})._question().vehicle, np.abs(VEHICLE.inverse_mixer[:, 3]).max()
     most = vehicle_bounds(numbers, hover, np.array([half]), np.array([[0.6, 0.8, 0.0, 0.0]]), jerk)[0, 4]
     torque = (VEHICLE.inertia @ [0.0, 0.0, half * jerk])[2]
     assert most - VEHICLE.hover_thrust == pytest.approx(lever * torque, rel=1e-2)
 
 
 def test_more_control_points_than_it_takes_are_refused():
-    numbers = VehicleBound(VEHICLE, STILL, {})._numbers
+    numbers = VehicleBound(VEHICLE, STILL, {})._question().vehicle
     with pytest.raises(ValueError, match="65 control points"):
         vehicle_bounds(numbers, np.zeros((1, 4, 3, 65)), np.ones(1))
 
@@ -136,7 +194,10 @@ def test_more_control_points_than_it_takes_are_refused():
 def test_without_the_native_core_nothing_is_proved():
     with using("python"):
         assert not VehicleBound(VEHICLE, STILL, {})._provable.any()
-        assert vehicle_bounds(VehicleBound(VEHICLE, STILL, {})._numbers, np.zeros((1, 4, 3, 2)), np.ones(1)) is None
+        assert (
+            vehicle_bounds(VehicleBound(VEHICLE, STILL, {})._question().vehicle, np.zeros((1, 4, 3, 2)), np.ones(1))
+            is None
+        )
 
 
 def test_the_third_derivative_of_a_yaw_on_another_clock():

@@ -4,6 +4,7 @@
 #include "basics/public.hpp"
 #include "basics/status.hpp"
 #include "bounds/border.hpp"
+#include "certificate/vehicle_use.hpp"
 #include "fleet/joint_question.hpp"
 #include "fleet/questions.hpp"
 #include "maps/questions.hpp"
@@ -19,7 +20,7 @@ constexpr RecordText records[] = {CorridorRecord_text,  CorridorAnswerRecord_tex
                                   WallsRecord_text,     MomentaryLimit_text,       ShortestRequest_text,   ShortestAnswer_text,
                                   FleetCurves_text,     SeparationQuestion_text,   ClearanceQuestion_text, AssignmentQuestion_text,
                                   TangentQuestion_text, GridWayQuestion_text,      JointQuestion_text,     JointRun_text,
-                                  PiecewiseCurve_text,  CostateSearch_text,        PlansRecord_text};
+                                  PiecewiseCurve_text,  CostateSearch_text,        PlansRecord_text,       VehicleUseRecord_text};
 
 }  // namespace
 }  // namespace minsnap

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "basics/buffer.hpp"
-#include "fleet/growing.hpp"
+#include "basics/growing.hpp"
 #include "fleet/septic.hpp"
 
 namespace minsnap {

@@ -10,7 +10,7 @@
 #include "basics/status.hpp"
 #include "basics/threads.hpp"
 #include "fleet/box_tree.hpp"
-#include "fleet/growing.hpp"
+#include "basics/growing.hpp"
 #include "fleet/questions.hpp"
 #include "polynomials/extrema.hpp"
 

@@ -3,6 +3,7 @@
 
 #include "basics/border.hpp"
 #include "certificate/proof.hpp"
+#include "vehicle/motion_points.hpp"
 
 extern "C" {
 std::int32_t minsnap_largest_norms(std::int64_t count, std::int64_t degree, std::int64_t dim, const double *points, const double *durations,
@@ -110,7 +111,7 @@ private:
     bool inside(const double *points, double duration, int depth) {
         const int count = curve_.degree + 1;
         if (depth >= 2) {
-            make_motion(points, duration);
+            motion_points(points, curve_.degree, duration, motion_);
             half_ = 0.5 * duration;
             if (minsnap_vehicle_bounds(&record_) != 0) return false;
             bool all = true;
@@ -126,27 +127,6 @@ private:
                 for (int d = 0; d < 3; ++d) right[3 * i + d] = 0.5 * (right[3 * i + d] + right[3 * (i + 1) + d]);
         }
         return inside(left, 0.5 * duration, depth + 1) && inside(right, 0.5 * duration, depth + 1);
-    }
-
-    // Velocity to snap, all of the degree of the velocity: (4, 3, degree).
-    void make_motion(const double *points, double duration) {
-        const int degree = curve_.degree;
-        for (int d = 0; d < 3; ++d) {
-            double row[most_points];
-            for (int j = 0; j <= degree; ++j) row[j] = points[3 * j + d];
-            for (int order = 1, size = degree; order <= 4; ++order, --size) {
-                for (int j = 0; j < size; ++j) row[j] = size > 0 ? size / duration * (row[j + 1] - row[j]) : 0.0;
-                double raised[most_points];
-                std::copy(row, row + std::max(size, 1), raised);
-                if (size < 1) raised[0] = 0.0;
-                for (int have = std::max(size, 1); have < degree; ++have)
-                    for (int j = have; j >= 0; --j) {
-                        const double share = double(j) / have, before = j > 0 ? raised[j - 1] : 0.0, here = j < have ? raised[j] : 0.0;
-                        raised[j] = share * before + (1.0 - share) * here;
-                    }
-                std::copy(raised, raised + degree, motion_ + ((order - 1) * 3 + d) * degree);
-            }
-        }
     }
 
     const CurveView curve_;

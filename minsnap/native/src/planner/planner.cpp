@@ -180,13 +180,9 @@ MINSNAP_EXPORT minsnap_status minsnap_at(const minsnap_curve *curve, std::int64_
     const std::int64_t pieces = curve->legs * curve->pieces;
     for (std::int64_t i = 0; i < count; ++i)
         if (!(t[i] >= 0.0 && t[i] <= curve->breaks[pieces])) return MINSNAP_BAD_NUMBER;
-    if (order > curve->degree) {
-        for (std::int64_t i = 0; i < count * curve->dim; ++i) out[i] = 0.0;
-        return MINSNAP_DONE;
-    }
     const minsnap::PiecewiseCurve whole = {curve->points,           curve->durations, curve->breaks, pieces, std::int32_t(curve->degree),
                                            std::int32_t(curve->dim)};
-    return minsnap_status(minsnap::evaluate_curve(whole, int(order), t, count, out));
+    return minsnap_status(minsnap::evaluate_curve(whole, int(std::min<std::int64_t>(order, whole.degree + 1)), t, count, out));
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_yaw_at(const minsnap_curve *curve, std::int64_t order, const double *t, std::int64_t count,

@@ -180,6 +180,15 @@ Status evaluate_wide(const PiecewiseCurve &curve, int order, const double *t, st
 bool has_wide_registers() { return false; }
 #endif
 
+// A derivative beyond the degree.
+Status evaluate_zeros(const PiecewiseCurve &curve, const double *t, std::int64_t count, double *out) {
+    const Piece piece(curve, 0, nullptr);
+    for (std::int64_t i = 0; i < count; ++i)
+        if (piece.outside(t[i])) return Status::bad_number;
+    std::fill(out, out + count * curve.dim, 0.0);
+    return Status::done;
+}
+
 Status evaluate_narrow(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *room, double *out) {
     return evaluate_all<Pair>(curve, order, t, count, room, out);
 }
@@ -188,7 +197,8 @@ Status evaluate_narrow(const PiecewiseCurve &curve, int order, const double *t, 
 
 Status evaluate_curve(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *out) {
     if (curve.pieces < 1 || curve.degree < 0 || curve.dim < 1 || order < 0 || count < 0) return Status::bad_size;
-    if (curve.degree > most_degree || curve.dim > most_axes || order > curve.degree) return Status::unsupported;
+    if (curve.degree > most_degree || curve.dim > most_axes) return Status::unsupported;
+    if (order > curve.degree) return evaluate_zeros(curve, t, count, out);
     constexpr int small = 64;
     double few[small];
     Buffer<double> many;
