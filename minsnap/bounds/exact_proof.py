@@ -30,6 +30,7 @@ def least_time_proved(proof: CostateProof) -> Fraction | None:
     """Return the time that a costate proves [s]; None where it proves nothing."""
     course, legs = proof.course, len(proof.grid)
     costate, rates, grid = exact(proof.costate), exact(proof.rate), exact(proof.grid)
+    # The formula of `costate_proof` holds only for a costate that is continuous, at the waypoints too.
     joints = [costate[leg][-1] == costate[leg + 1][0] for leg in range(legs - 1)]
     if not all(joints) or (course.closed and costate[-1][-1] != costate[0][0]) or legs != len(course.centers) - 1:
         return None
@@ -39,6 +40,8 @@ def least_time_proved(proof: CostateProof) -> Fraction | None:
         rates = [minus(leg[0], leg[1]) for leg in costate]
     centers, chords, total = exact(course.centers), exact(proof.chords), Fraction(0)
     regions = list(zip(exact(course.rounds), exact(course.sides), strict=True))
+    # Each leg adds 2 sqrt((1 - a) b), where b is the product give or take the change. A line of the chord's slope that
+    # is not above the root at either end of that interval is nowhere above it: its height in the middle is what counts.
     for leg in range(legs):
         room, lost = _leg_sums(proof, leg, grid[leg], costate[leg], rates[leg])
         product = dot(rates[leg], minus(centers[leg + 1], centers[leg]))
@@ -48,6 +51,8 @@ def least_time_proved(proof: CostateProof) -> Fraction | None:
         chord = chords[leg]
         ends = ((product + change, -chord * change), (product - change, chord * change))
         total += min(2 * root_below(room * value) + turned for value, turned in ends) - lost
+    # What the chords leave open, the place of each waypoint in its region, costs at most the region's reach along the
+    # difference of the slopes of the legs beside it.
     turns = [[chord * x for x in rate] for chord, rate in zip(chords, rates, strict=True)]
     none = [Fraction(0)] * 3
     before, after = (turns[-1:], []) if course.closed else ([none], [none])
@@ -67,6 +72,7 @@ def _leg_sums(
     parts, room, lost = len(shares[0]) - 1, Fraction(1), Fraction(0)
     if grid[0] != 0 or grid[-1] != 1 or any(a >= b for a, b in zip(grid, grid[1:], strict=False)):
         return None, None
+    # The costate is linear in a cell, and a support function is convex: the trapezoid rule is not below its integral.
     for cell, (low, high) in enumerate(zip(grid, grid[1:], strict=False)):
         first, last, width = costate[cell], costate[cell + 1], high - low
         for i in range(parts + 1):

@@ -165,7 +165,9 @@ class FreeCells:
     def _block(self, numbers: FloatArray) -> None:
         """Take the cells near an obstacle out of the free ones."""
         center, scale, (radius,), low, high = np.split(numbers, (3, 6, 7, 10))
-        reach = self.kept.clearance + 0.5 * self.size * self.dim**0.5
+        # One formula for all kinds: a round part |scale (x - center)| <= radius within the box low <= x <= high. A
+        # scale of 0 leaves an axis out, as along a cylinder; a radius below 0 is a cuboid, which has the box alone.
+        reach = self.kept.clearance + 0.5 * self.size * self.dim**0.5  # of the cell's farthest corner from its middle
         round_ = (scale > 0.0) & (radius >= 0.0)
         spread = np.where(round_, radius / np.where(round_, scale, 1.0), np.inf)
         first = (np.maximum(low, center - spread) - reach)[: self.dim]

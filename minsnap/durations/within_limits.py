@@ -401,6 +401,8 @@ class LeastPriced:
         best: SolvedTask | None = None
         longer: SolvedTask | None = None
         solved, low, high, before = self._from(free, price), 0.0, np.inf, (np.nan, np.nan)
+        # Secant steps in logarithms between the prices that are known to be too low and too high; where one leads out
+        # of them, their middle. The goal is a little under the total, to which the plan is slowed in the end.
         for _ in range(PRICES.rounds):
             if solved is None or self.interrupted:
                 break

@@ -46,6 +46,9 @@ def powers(h: float) -> FloatArray:
 
 def profile(s: FloatArray) -> FloatArray:
     """Progress from 0 to 1 and its derivatives at knots, shape (pieces + 1, 4): speed rises and falls in ramps."""
+    # The speed is the smooth step 10 x^3 - 15 x^4 + 6 x^5 in either ramp, where x goes from 0 to 1, and 1 between;
+    # `way` is its integral. Half a ramp is lost at either end, so all is divided by 1 - RAMP to come to 1. The second
+    # half is the first one backwards.
     x = np.minimum(np.minimum(s, 1.0 - s) / RAMP, 1.0)
     rises, inside = np.where(s <= 0.5, 1.0, -1.0), x < 1.0
     cube = x * x * x

@@ -322,6 +322,8 @@ def _flown(
         flown = [ground.line(line, pace, limits) for line in placed]
         placed = np.array([[line(0.0), line(line.duration)] for line in flown])
     parts, spans, outside, now = [], [], [], 0.0
+    # A run-up to the first line, then every line at its pace with a turn to the next one, and a run-out. A turn must
+    # not come back over the line: `outside` is how far beyond the line's end the nearest place of each turn is.
     parts.append(_run(placed[0, 0], ways[0], pace, limits))
     for i, line in enumerate(placed):
         now = sum(part.duration for part in parts)

@@ -101,6 +101,8 @@ def turns_of(home: FloatArray, separation: Separation, height: float, layer: flo
     near = (flat < asked) & ~np.eye(len(home), dtype=bool)
     if separation.ground is None or not near.any():
         return None
+    # With downwash what is kept free is an ellipsoid, `asked` wide and `downwash` times as high. Two vehicles that are
+    # `flat` apart, seen from above, keep it from the height on that its surface has there.
     group = _coloured(near)
     rise = separation.downwash * np.sqrt(np.maximum(asked * asked - flat * flat, 0.0)) * (1.0 + SLACK)
     wider = separation.downwash * np.sqrt(2.0 * asked * asked - flat * flat * near) if layer is None else layer

@@ -329,6 +329,8 @@ class _ReturnSearch:
         starts, ways = states[:, 0], goals - states[:, 0]
         norms = np.linalg.norm(ways, axis=1)
         a, end = self.acceleration, float(waits.max() + lasts)
+        # Ramps of t seconds reach the speed a t, and the whole way is n = a t (lasts - t): a quadratic in t, of which
+        # the lesser root has ramps that fit into the time. `travel` is the speed between them.
         travel = 0.5 * (a * lasts - np.sqrt(np.maximum(a * a * lasts * lasts - 4.0 * a * norms, 0.0)))
         ramps = 0.0 * travel if uniform else travel / a
         shares = travel * ramps / 2.0 / np.where(norms > 0.0, norms, 1.0)

@@ -209,10 +209,12 @@ def _arc(start: complex, v: list[float], end: complex) -> list[complex]:
     rx, ry, turned = abs(v[0]), abs(v[1]), complex(cos(radians(v[2])), sin(radians(v[2])))
     if not rx or not ry or start == end:
         return [end]
+    # In axes in which the ellipse is a unit circle around the origin of its own center: (x, y) is half of the chord.
     half = (start - end) / 2.0 / turned
     x, y = half.real / rx, half.imag / ry
-    grown = max(1.0, sqrt(x * x + y * y))
+    grown = max(1.0, sqrt(x * x + y * y))  # radii too short for the chord are enlarged until they reach, as SVG asks
     rx, ry, x, y = rx * grown, ry * grown, x / grown, y / grown
+    # The center lies off the chord's middle, at a right angle to it; the two flags choose the side.
     away = sqrt(max(0.0, 1.0 / (x * x + y * y) - 1.0)) * (-1.0 if bool(v[3]) == bool(v[4]) else 1.0)
     cx, cy = away * y, -away * x
     first, last = atan2(y - cy, x - cx), atan2(-y - cy, -x - cx)

@@ -111,6 +111,9 @@ def _nearest(designs: list[Any], values: FloatArray, bounds: Sequence[Bound], fr
             break
     else:
         return [np.asarray(design @ points) for design in designs]
+    # The alternating direction method of multipliers (S. Boyd and others, 2011) repeats three steps: the curve nearest
+    # to the values and to `kept`; `kept`, the projection of the curve onto its bound; and `over`, the sum of what the
+    # two differ by, which pulls at the next curve. The matrix of the first step stays, and is factored once.
     pulls = sum((w * designs[k].T @ designs[k] for w, (k, _, _) in zip(weights, bounds, strict=True)), start=smooth)
     factor = splu(pulls.tocsc())
     rows, over = [design.tocsr() for design in designs], [np.zeros_like(values) for _ in bounds]

@@ -61,6 +61,8 @@ def _leg_walls(
     across = np.array([-along[1], along[0]])
     slope = float(b[2] - a[2]) / length if length > 0.0 else 0.0
     places, heights = _under(ground, leg, a[:2], along, across, length, beside)
+    # The floor is parallel to the leg, as high as the ground that comes nearest to it asks for. `drop` takes the leg's
+    # rise away from heights, so that all are compared with one number: its height at the start.
     line = min(a[2], b[2]) if length == 0.0 else a[2]
     drop = slope * ((places - a[:2]) @ along)
     floor = heights + above - drop
