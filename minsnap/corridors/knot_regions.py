@@ -313,6 +313,7 @@ def gate_passages(
         A plan through the gates, any number of laps.
     gates : iterable of Gate, or of waypoints with Gates among them, or mapping of int to Gate
         They have their places in it for numbers; points are passed over. A mapping gives them numbers of its own.
+        Several that are one opening are passed in their order.
     within : float
         Distance from a gate's plane and opening at which a place counts as in it, over the path's extent.
 
@@ -327,12 +328,20 @@ def gate_passages(
     places, speeds = trajectory(instants), np.linalg.norm(trajectory(instants, 1), axis=1)
     reach = within * max(1.0, float(np.ptp(places, axis=0).max()))
     passages = []
-    for number, gate in numbered:
-        clear = clearances(gate, places, reach)
-        for knot in np.flatnonzero(clear > -reach):
+    for same in _openings(numbered):
+        clear = clearances(same[0][1], places, reach)
+        for turn, knot in enumerate(np.flatnonzero(clear > -reach)):
             figures = float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0)
-            passages.append(GatePassage(number, *figures))
+            passages.append(GatePassage(same[turn % len(same)][0], *figures))
     return tuple(sorted(passages, key=lambda passage: passage.instant))
+
+
+def _openings(numbered: Iterable[tuple[int, Gate]]) -> Iterable[list[tuple[int, Gate]]]:
+    """Return gates with their numbers, those together that are one opening, such as one of several laps."""
+    found: dict[bytes, list[tuple[int, Gate]]] = {}
+    for number, gate in numbered:
+        found.setdefault(gate.corners.tobytes(), []).append((number, gate))
+    return found.values()
 
 
 def _numbered_gates(gates: Any) -> Iterator[tuple[int, Gate]]:

@@ -1,13 +1,13 @@
 """Courses in the YAML of other planners, as the content of our own course files.
 
 rpg_time_optimal (``gates`` with ``initial`` and ``end``), pmm_uav_planner (``start`` and ``end`` beside ``waypoints``),
-TOGT-Planner (``orders`` of named gates and balls) and waypoint_navigator (``easting``, ``northing``, ``height``).
+waypoint_navigator (``easting``, ``northing``, ``height``), and TOGT-Planner, in ``togt_track``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import cos, radians, sin
+from math import radians
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FileError
 from minsnap.files.geodesy import local_positions
+from minsnap.paths.missions.togt_track import is_togt_track, translated_togt
 
 NAVIGATOR = ("easting", "northing", "height")
 RESTING = ("velocity", "acceleration")
@@ -32,8 +33,8 @@ def translated(where: str, content: Any) -> dict[str, Any] | None:
     """
     if not isinstance(content, Mapping):
         return None
-    if isinstance(content.get("orders"), list) and "initState" in content:
-        return _togt(where, content)
+    if is_togt_track(content):
+        return translated_togt(where, content)
     if all(isinstance(content.get(name), list) for name in NAVIGATOR):
         return _navigator(where, content)
     if isinstance(content.get("initial"), Mapping) and isinstance(content.get("gates"), list):
@@ -66,48 +67,6 @@ def _between(where: str, content: Mapping[str, Any], start: str, inner: str) -> 
     points = [_point(f"{where}: {inner} {i}", point) for i, point in enumerate(content[inner])]
     rest = {name: value for name, value in content.items() if name in ("limits", "vehicle", "yaw", "ball", "name")}
     return {"waypoints": [ends[0], *points, ends[1]]} | {name: state for name, state in states.items() if state} | rest
-
-
-def _togt(where: str, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a course of TOGT-Planner: its gates in their order, and the states at both ends."""
-    entries: list[Any] = []
-    states: dict[str, Any] = {}
-    for ours, name in (("start", "initState"), ("end", "endState")):
-        state = content.get(name)
-        if not isinstance(state, Mapping):
-            raise FileError(f"{where} has no {name}: give it")
-        entries.append(_point(f"{where}: {name}: pos", state.get("pos")))
-        velocity = _point(f"{where}: {name}: vel", state.get("vel", [0.0, 0.0, 0.0]))
-        states |= {ours: {"velocity": velocity}} if any(velocity) else {}
-    gates = [_togt_gate(f"{where}: {name}", content.get(name)) for name in content["orders"]]
-    return {"waypoints": [entries[0], *gates, entries[1]]} | states
-
-
-def _togt_gate(where: str, gate: Any) -> dict[str, Any]:
-    """Return one gate: a ball, or a rectangle whose opening lies across the third axis of its frame."""
-    if not isinstance(gate, Mapping) or "position" not in gate:
-        raise FileError(f"{where} is {shown(gate)}: give its type and its position")
-    center, kind = _point(f"{where}: position", gate["position"]), str(gate.get("type"))
-
-    def number(name: str, usual: float = 0.0) -> float:
-        value = gate.get(name, usual)
-        if not is_number(value):
-            raise FileError(f"{where}: {name} is {shown(value)}: give a number")
-        return float(value)
-
-    if kind.endswith("Ball"):
-        return dict(zip("xyz", center, strict=True)) | {"ball": number("radius") - number("margin")}
-    if kind != "RectanglePrisma":
-        raise FileError(f"{where} is of type {shown(kind)}: RectanglePrisma and SingleBall are read")
-    roll, pitch, yaw = (radians(angle) for angle in _point(f"{where}: rpy", gate.get("rpy", [0.0, 0.0, 0.0])))
-    normal = [
-        cos(yaw) * sin(pitch) * cos(roll) + sin(yaw) * sin(roll),
-        sin(yaw) * sin(pitch) * cos(roll) - cos(yaw) * sin(roll),
-        cos(pitch) * cos(roll),
-    ]
-    sides = {"width": number("width"), "height": number("height")}
-    margin = max(number("marginW"), number("marginH"))
-    return {"center": center, "normal": [round(part, 12) + 0.0 for part in normal], **sides, "margin": margin}
 
 
 def _navigator(where: str, content: Mapping[str, Any]) -> dict[str, Any]:
