@@ -17,6 +17,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly
 from minsnap.basics.cards import Facts, card
 from minsnap.basics.checks import check_number
+from minsnap.basics.messages import explains_names
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball
@@ -193,6 +194,7 @@ def _vehicle_facts(vehicle: VehicleTube | None) -> Facts:
     ]
 
 
+@explains_names({"obstacles": "avoid=", "gates": "waypoints=, with the gates among them"})
 def certify(
     traj: Trajectory | Path,
     waypoints: ArrayLike | Sequence[object] | None = None,

@@ -383,6 +383,10 @@ def check_position(state: Any, where: str) -> tuple[FloatArray | None, Any]:
     return position, rest
 
 
+HEADINGS = ("yaw", "heading", "psi", "attitude", "yaw_rate")
+"""What others have in a state, and a plan as its yaw."""
+
+
 def check_state(
     state: Mapping[str, ArrayLike] | None, where: str, half: int, dim: int, may_be_free: bool = False
 ) -> dict[int, FloatArray]:
@@ -395,7 +399,10 @@ def check_state(
     give += f" or {FREE!r}" if may_be_free else ""
     for name, value in state.items():
         if name not in allowed:
-            raise WaypointError(f"{where} pins {shown(name)}: degree {2 * half - 1} can pin {', '.join(allowed)}")
+            instead = "; a heading is yaw=, such as Velocity(yaw_at_start=1.57)" if name in HEADINGS else ""
+            near = [word for word in allowed if isinstance(name, str) and len(name) > 2 and word.startswith(name)]
+            can = f"did you mean {near[0]}?" if near else f"degree {2 * half - 1} can pin {', '.join(allowed)}{instead}"
+            raise WaypointError(f"{where} pins {shown(name)}: {can}")
         if may_be_free and is_free(value):
             continue
         order = DERIVATIVES.index(name)

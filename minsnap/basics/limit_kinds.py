@@ -38,6 +38,10 @@ class Kind:
         Whether it is a lower bound.
     above, below : float
         Between which it lies: what a vehicle needs to hold its altitude.
+    many : float
+        Value beyond which it may be in another unit: no quadrotor flies so.
+    mistaken : str
+        Which unit that is, and what to do.
     """
 
     name: str
@@ -50,6 +54,13 @@ class Kind:
     least: bool = False
     above: float = 0.0
     below: float = inf
+    many: float = inf
+    mistaken: str = ""
+
+    def doubt(self, value: float) -> str:
+        """Return a sentence on a limit that may be in another unit; empty for an ordinary one."""
+        unit = "times the weight" if self.unit == "of the weight" else self.unit
+        return f"{self.name} is {value:g} {unit}: if it is {self.mistaken}" if value > self.many else ""
 
     @property
     def label(self) -> str:
@@ -64,6 +75,9 @@ class Kind:
 
 _ASCII = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4"})
 
+NEWTONS, DEGREES = "newtons, divide it by the weight", "degrees per second, give radians"
+"""Units that limits are mistaken in. Racing vehicles reach some ten times their weight, and 35 rad/s."""
+
 KINDS = (
     Kind("speed", "m/s", "norm", 1, "--max-speed", spatial=False),
     Kind("acceleration", "m/s²", "norm", 2, "--max-acceleration", spatial=False),
@@ -75,11 +89,11 @@ KINDS = (
     Kind("descent_speed", "m/s", "downwards", 1, "--max-descent-speed"),
     Kind("vertical_speed", "m/s", "vertical", 1, "--max-vertical-speed"),
     Kind("vertical_acceleration", "m/s²", "vertical", 2, "--max-vertical-acceleration"),
-    Kind("max_thrust", "of the weight", "thrust", option="--max-thrust", above=1.0),
+    Kind("max_thrust", "of the weight", "thrust", option="--max-thrust", above=1.0, many=15.0, mistaken=NEWTONS),
     Kind("min_thrust", "of the weight", "least_thrust", option="--min-thrust", least=True, below=1.0),
     Kind("tilt", "rad", "tilt", option="--max-tilt", degrees=True, below=pi / 2.0),
-    Kind("body_rate", "rad/s", "body_rate", option="--max-body-rate"),
-    Kind("yaw_rate", "rad/s", "yaw_rate", option="--max-yaw-rate", spatial=False),
+    Kind("body_rate", "rad/s", "body_rate", option="--max-body-rate", many=60.0, mistaken=DEGREES),
+    Kind("yaw_rate", "rad/s", "yaw_rate", option="--max-yaw-rate", spatial=False, many=30.0, mistaken=DEGREES),
     Kind("rotor_thrust", "N", "rotors"),
     Kind("min_rotor_thrust", "N", "rotors", least=True),
 )

@@ -12,6 +12,7 @@ from minsnap.basics import checks
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.cached import cached_property
 from minsnap.basics.cards import card
+from minsnap.basics.messages import explains_names
 from minsnap.bounds.derivative_sets import bounding_sets
 from minsnap.bounds.passed_course import PassedCourse, passed_course
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
@@ -71,6 +72,7 @@ class TimeBound:
         return card("Least time", [("at least", known), ("without", left), ("none", self.reason or None)])
 
 
+@explains_names({})
 def least_time(
     waypoints: ArrayLike | Sequence[object] | None,
     limits: Limits,

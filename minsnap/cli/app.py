@@ -10,17 +10,19 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import is_dataclass
 from functools import lru_cache
 from itertools import pairwise
+from math import degrees
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, TypeVar, get_args
+from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_origin
 
 import typer
 from typer.core import TyperCommand
 
 from minsnap import errors
+from minsnap.cli.quantities import number_in
 
 COMMANDS = {
     **dict.fromkeys(("rect", "line", "circle", "helix", "eight"), "shape_commands"),
@@ -55,6 +57,9 @@ _TURNED = "yaw yaw_at_start yaw_rate"
 ARGUMENTS = {name: f"--{name.replace('_', '-')}" for name in f"{_ALIKE} {_TURNED}".split()}
 ARGUMENTS |= {"limits": "a limit such as --max-speed", "total_time": "--time"}
 """Arguments of functions, and the options that stand for them."""
+
+ANGLES = {"yaw", "yaw_at_start"}
+"""Those in radians, whose options take degrees."""
 
 _GIVEN = re.compile(r"\b([a-z]+(?:_[a-z]+)*)=('[^']*'|[^\s,:;]*)")
 
@@ -223,14 +228,62 @@ def _hinted(sentence: str, option: str | None, words: list[str]) -> str:
     )
     if meant is not None:
         return f"No such option: {option}: did you mean {meant}?"
+    if sentence.startswith("No such command") and words:
+        return _command_meant(sentence, words[0])
     extra = re.search(r"extra argument(?:\(s\)|s)? \((?P<first>[^)\s]+)", sentence)
     if (option and number.match(option)) or (extra and number.match(extra["first"])):
         stray = option or (extra["first"] if extra else "")
         place = next((at for at, word in enumerate(words) if word.startswith(stray)), 0)
         ahead = [word for word in words[:place] if word.startswith("--")]
-        asked = ahead[-1].split("=")[0] if ahead else "--corridor"
+        if not ahead:
+            if _arguments_of(words):
+                return sentence
+            return f"{sentence}: each number has an option before it, such as {_first_numbers(words, place)}"
+        asked = ahead[-1].split("=")[0]
         return f"{sentence}: several numbers of one option are joined by commas, as in {asked}=0.3,0.5"
     return sentence
+
+
+COMMANDS_SOUGHT = {
+    "stream": ("fly", "send", "execute", "offboard"),
+    "simulate": ("sim", "run"),
+    "plan": ("waypoints", "generate", "optimize", "optimise", "trajectory", "mission"),
+    "check": ("verify", "validate", "certify", "info"),
+    "plot": ("draw", "show", "view", "figure", "animate"),
+    "convert": ("export", "import", "translate"),
+    "rect": ("rectangle", "square", "box"),
+    "eight": ("lemniscate", "figure8", "figure-8", "infinity"),
+    "helix": ("spiral",),
+    "circle": ("orbit", "loiter"),
+    "route": ("map", "navigate", "path"),
+    "survey": ("grid", "lawnmower", "mapping", "facade"),
+    "fleet": ("swarm", "drones", "multi"),
+    "compare": ("error", "evaluate", "diff", "analyse", "analyze"),
+    "fit": ("identify", "sysid"),
+    "studio": ("gui", "web", "ui", "edit"),
+    "bench": ("benchmark",),
+}
+"""Commands, and the names by which others are looked for."""
+
+
+def _command_meant(sentence: str, word: str) -> str:
+    """Return the sentence of a command that is none with what is meant."""
+    meant = next((real for real, others in COMMANDS_SOUGHT.items() if word.lower() in others), None)
+    return sentence if meant is None else f"No such command {word!r}: did you mean {meant!r}?"
+
+
+def _arguments_of(words: Sequence[str]) -> list[Any]:
+    """Return the arguments of the command that words name, which are no options."""
+    command = _built(len(app.registered_commands)).commands[words[0]]
+    return [each for each in command.params if each.param_type_name == "argument"]
+
+
+def _first_numbers(words: list[str], place: int) -> str:
+    """Return the stray numbers behind the options of their command that take numbers, the first of them."""
+    numbers = [word for word in words[place:] if re.fullmatch(r"-?\.?\d[\d.]*", word)]
+    command = _built(len(app.registered_commands)).commands[words[0]]
+    takes = [each.opts[0] for each in command.params if getattr(each.type, "name", "") == "float" and each.nargs == 1]
+    return " ".join(f"{option} {number}" for option, number in zip(takes, numbers, strict=False))
 
 
 def in_options(sentence: str, words: Sequence[str] = ()) -> str:
@@ -252,6 +305,9 @@ def in_options(sentence: str, words: Sequence[str] = ()) -> str:
             return match[0]
         if name not in options:
             return f"{name}: {value.lower()}" if value else name
+        if name in ANGLES:
+            with suppress(ValueError):
+                value = f"{degrees(float(value)):g}"
         return options[name] if value in ("", "True") else f"{options[name]} {value}"
 
     return _NAMED.sub(lambda match: options.get(match[1], match[1]), _GIVEN.sub(with_value, sentence))
@@ -321,8 +377,12 @@ def _declared(parameter: inspect.Parameter) -> inspect.Parameter:
     kind, *words = get_args(parameter.annotation)
     if all(isinstance(word, str) for word in words):
         *names, text = words
-        how: dict[str, Any] = {"help": text, "parser": _named if Path in (kind, *get_args(kind)) else None}
+        how: dict[str, Any] = {"help": text}
         how["metavar"] = names.pop() if names and not names[-1].startswith("-") else None
+        if Path in (kind, *get_args(kind)):
+            how["parser"] = _named
+        elif float in (kind, *get_args(kind)) and get_origin(kind) is not tuple:
+            how["parser"] = number_in(how["metavar"])
         if positional:
             made: Any = typer.Argument(**how)
         else:

@@ -193,7 +193,7 @@ def systems_of(system: str | None, count: int) -> list[int | None]:
     """Return the MAVLink system id of each vehicle, from a list with commas; None where it is not given."""
     if system is None:
         return [None] * count
-    ids = options.parse_numbers("--system", system)
+    ids = options.parse_numbers("--system", system, None)
     if len(ids) != count or not all(number in range(1, 256) for number in ids):
         raise InputError(f"--system is {system!r}: give an id from 1 to 255 for each vehicle ({count}), with commas")
     return list(map(int, ids))

@@ -5,13 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import degrees, inf, radians
+from math import degrees, inf, pi, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import minsnap
 import minsnap.flight
 from minsnap.basics.limit_kinds import KINDS
+from minsnap.cli import quantities
 from minsnap.errors import InputError, LimitError, MagnitudeWarning
 
 if TYPE_CHECKING:
@@ -99,9 +100,14 @@ def vehicle_of(name: str) -> Quadrotor:
 
 def refuse_unwritten(output: Path | None, **given: bool) -> None:
     """Raise InputError where an option that is given says how a file is written, and none is."""
-    unused = [f"--{name}" for name, said in given.items() if said]
-    if output is None and unused:
-        raise InputError(f"{unused[0]} is of the file that is written: give -o FILE with it")
+    unused = [name for name, said in given.items() if said]
+    if output is not None or not unused:
+        return
+    said = f"--{unused[0]} is of the file that is written: give -o FILE with it"
+    if unused[0] == "vehicle":
+        said = "--vehicle offsets the drag of a vehicle in the setpoints that are written: give -o FILE with it; the "
+        said += "limits of a vehicle are asked for by vehicle: NAME in a YAML file"
+    raise InputError(said)
 
 
 def feed_forward_of(options: Any) -> minsnap.flight.FeedForward:
@@ -219,15 +225,15 @@ def parse_corridor(text: str | None) -> float | list[float] | None:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def parse_numbers(option: str, text: str) -> list[float]:
-    """Return numbers that are separated by commas.
+def parse_numbers(option: str, text: str, unit: str | None = "M") -> list[float]:
+    """Return numbers that are separated by commas; ``unit`` is what stands for one in the help.
 
     Raises
     ------
     InputError
         If the text is something else.
     """
-    return [read_number(part, f"{option} is {part!r}: it takes numbers") for part in text.split(",")]
+    return [read_number(part, f"{option}: {quantities.refusal(part, unit)}") for part in text.split(",")]
 
 
 LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
@@ -298,7 +304,32 @@ def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
         return minsnap.LookAt(look_at)
     if text is None or text in ("velocity", "tilt", "free"):
         return text
-    return radians(read_number(text, f"--yaw is {text!r}: it takes degrees, velocity, tilt or free"))
+    return angle_of("--yaw", read_number(text, f"--yaw is {text!r}: it takes degrees, velocity, tilt or free"))
+
+
+EIGHTH, ALIKE = pi / 4.0, 2e-3
+"""What yaws in radians are multiples of [rad], and by how much they are rounded, as 1.57 is."""
+
+
+MOST_TURNED = 1e6
+"""Greatest angle of an option [degrees]."""
+
+
+def angle_of(option: str, angle: float) -> float:
+    """Return an angle in degrees [rad]; warn where it is an eighth of a turn, or more of them, in radians.
+
+    Raises
+    ------
+    InputError
+        If it is not finite, or turns on and on.
+    """
+    if not abs(angle) <= MOST_TURNED:
+        raise InputError(f"{option} is {angle:g}: give an angle in degrees")
+    eighths = round(angle / EIGHTH)
+    if 1 <= abs(eighths) <= 8 and abs(angle - eighths * EIGHTH) < ALIKE * abs(eighths):
+        doubt = f"{option} is {angle:g} degrees: if that is in radians, give {45 * eighths}"
+        warnings.warn(doubt, MagnitudeWarning, stacklevel=1)
+    return radians(angle)
 
 
 def parse_pieces(text: str | None) -> int | str | None:

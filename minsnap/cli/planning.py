@@ -84,10 +84,10 @@ class LimitOptions(LimitFields):
         """
         if own is None or self.limits is None:
             return self.limits
-        from minsnap.limits import ORDINARY, POWER, completed, written_in_file
+        from minsnap.limits import ORDINARY, completed, written_in_file
 
         said = (own.named() if timed else written_in_file(own.named())) | self._said
-        fields = said if getattr(self, "time", None) is not None else completed(said, (POWER,))
+        fields = said if getattr(self, "time", None) is not None else completed(said)
         return replace(own, **{"leg_speeds": (), **dict.fromkeys(ORDINARY), **fields})
 
 
@@ -192,7 +192,7 @@ class Planning(TimingOptions):
         """Return the arguments of a plan that the options name."""
         avoided = options.avoided(self.avoid, self.fence)
         chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=avoided)
-        angle = None if self.yaw_at_start is None else radians(self.yaw_at_start)
+        angle = None if self.yaw_at_start is None else options.angle_of("--yaw-at-start", self.yaw_at_start)
         chosen |= options.present(yaw_rate=self.yaw_rate, hold_below=self.hold_below, yaw_at_start=angle)
         return super().arguments() | chosen | {"degree": self.degree, "solver": self.solver}
 

@@ -28,8 +28,8 @@ ORDINARY = LONG / 2.0
 NEAR = 1e-6
 """Share of the extent of waypoints within which the ends of a lap may be meant to be one point."""
 
-DEGREES_EXTENT = 0.02
-"""Extent below which waypoints may be latitudes and longitudes [m]."""
+DEGREES_EXTENT, DEGREES_SHARE = 0.02, 0.005
+"""Extent below which waypoints may be latitudes and longitudes [m]; or as a share of their distance from zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +250,9 @@ def warn_magnitude(points: FloatArray) -> None:
     high = points.shape[1] == 3 and np.abs(points[:, 2]).max() >= HIGH
     if extent.max() >= LONG and (whole or high):
         warn_caller(
-            f"waypoints extend over {extent.max():g} m: if they are millimetres, divide them by 1000", MagnitudeWarning
+            f"waypoints extend over {extent.max():g} m: if they are millimetres, divide them by 1000, "
+            "and by 100 if they are centimetres",
+            MagnitudeWarning,
         )
     elif degrees is not None:
         warn_caller(degrees, MagnitudeWarning)
@@ -269,7 +271,7 @@ def in_degrees(points: FloatArray) -> str | None:
     if points.shape[1] < 2 or not _beside(first, second):
         return None
     extent = float(np.ptp(points[:, :2], axis=0).max())
-    if extent >= DEGREES_EXTENT:
+    if extent >= _degrees_extent(first):
         return None
     return (
         f"waypoints near ({first[0]:g}, {first[1]:g}) lie within {extent:.2g} m: if they are latitudes and longitudes, "
@@ -279,7 +281,12 @@ def in_degrees(points: FloatArray) -> str | None:
 
 def _beside(first: list[float], second: list[float]) -> bool:
     """Whether two points are so near to each other, and so far from zero, as degrees on the globe are."""
-    if abs(second[0] - first[0]) >= DEGREES_EXTENT:
+    if abs(second[0] - first[0]) >= _degrees_extent(first):
         return False
     steps = [abs(b - a) for a, b in zip(first[:2], second[:2], strict=True)]
-    return 0.0 < max(steps) < DEGREES_EXTENT and 1.0 < max(map(abs, first[:2])) <= 180.0
+    return 0.0 < max(steps) < _degrees_extent(first) and 1.0 < max(map(abs, first[:2])) <= 180.0
+
+
+def _degrees_extent(point: list[float]) -> float:
+    """Return the extent below which waypoints near a point may be latitudes and longitudes."""
+    return max(DEGREES_EXTENT, DEGREES_SHARE * max(map(abs, point[:2])))

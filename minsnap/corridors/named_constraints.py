@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.half_spaces import HalfSpaces, Polytopes
-from minsnap.corridors.tubes import LegTube, RoundTube, Tube
+from minsnap.corridors.tubes import LegTube, RoundTube, Tube, as_constraints
 
 TUBES: tuple[type[LegTube], ...] = (Tube, RoundTube)
 """Constraints whose walls follow the waypoints."""
@@ -15,3 +20,14 @@ FIXED: tuple[type[Constraint], ...] = (Boxes, Polytopes, Room, HalfSpaces)
 
 CONSTRAINTS: dict[str, type[Constraint]] = {kind.__name__: kind for kind in (*TUBES, *FIXED)}
 """A file holds the name and the fields of each, from which it is made again."""
+
+
+def widths_of(corridor: Any) -> FloatArray | None:
+    """Return all half-widths and radii of the tubes of a corridor [m], shape (n,); None where it has no tube."""
+    parts = as_constraints(corridor)
+    found = [
+        part.half_width if isinstance(part, Tube) else part.radius
+        for part in parts
+        if isinstance(part, Tube | RoundTube)
+    ]
+    return np.concatenate([np.ravel(widths) for widths in found]) if found else None

@@ -14,7 +14,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers, read_only
 from minsnap.basics.checks import check_array, check_distance, check_positive, check_waypoints, point_text
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.corridors.boxes import Boxes
 from minsnap.errors import CorridorError
@@ -137,6 +137,7 @@ class GridCorridor:
         return {"position": self.waypoints[-1]}
 
 
+@explains_names({})
 def corridor_from_grid(
     occupancy: ArrayLike,
     resolution: ArrayLike,

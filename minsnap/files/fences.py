@@ -14,6 +14,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import check_array
+from minsnap.basics.messages import explains_names
 from minsnap.basics.storage.text import FileName, read_text, reading
 from minsnap.corridors.keep_out import Avoided, Cylinder
 from minsnap.corridors.prism import Prism
@@ -21,6 +22,7 @@ from minsnap.errors import FileError, InputError
 from minsnap.files.geodesy import local_positions
 
 
+@explains_names({})
 def read_fence(path: FileName, origin: ArrayLike | None = None) -> tuple[Avoided, ...]:
     """Return the geofence of a QGroundControl plan as ``plan`` takes it in ``avoid``.
 

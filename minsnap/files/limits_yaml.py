@@ -17,7 +17,7 @@ from minsnap.basics.schema import NUMBER, Form, Key, either, mapping, several, w
 from minsnap.basics.storage.text import FileName, load_yaml
 from minsnap.errors import FileError
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.ordinary import POWER, completed
+from minsnap.limits.ordinary import completed
 from minsnap.vehicle.quadrotor import (
     SHORT_NAMES,
     VEHICLES,
@@ -96,7 +96,7 @@ def limit_fields(content: Mapping[str, Any], *, timed: bool) -> dict[str, Any]:
     named = {name: value for name, value in content.items() if name not in (*HOW, "rotors")}
     if timed or "rotors" in content:
         return {name: value for name, value in named.items() if value is not None} | how
-    return completed(named, (POWER,)) | how
+    return completed(named) | how
 
 
 def limits_of(
@@ -157,6 +157,8 @@ def read_limits(path: FileName) -> Limits:
     LimitError, VehicleError
         As :func:`limits_of`.
     """
+    if isinstance(path, str | Path) and not Path(path).exists() and f"{path}" in (*VEHICLES, *SHORT_NAMES):
+        raise FileError(f"{path} is the name of a vehicle, and no file: give a file as minsnap limits -o writes it")
     content = load_yaml(path)
     if not isinstance(content, dict) or not content.get("limits"):
         raise FileError(f"{path} has no limits: give a file as minsnap limits -o writes it")

@@ -17,7 +17,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray, bounded, numbers
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_flag, check_positive, is_whole
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import InputError, UnprovedError
 from minsnap.polynomials.bernstein import basis, cut_points, ends_gram, ends_to_points
@@ -91,6 +91,7 @@ def _length(metres: float) -> str:
     return f"{max(1e3 * metres, 1e-3):.3g} mm" if metres < 1.0 else f"{metres:.3g} m"
 
 
+@explains_names({})
 def fit_samples(
     t: ArrayLike,
     position: ArrayLike,

@@ -23,7 +23,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_array, is_number
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.table import read_table
 from minsnap.basics.storage.text import FileName, beginning, read_text, reading
@@ -215,6 +215,7 @@ COLUMNS = ("t", *(name for group in GROUPS.values() for name in group))
 _CHUNK = 4096
 
 
+@explains_names({"hz": "rate=", "frequency": "rate=", "dt": "rate=, 1 / dt"})
 def write_csv(
     source: Path | Samples,
     path: FileName,
@@ -316,6 +317,7 @@ def samples_of(columns: Mapping[str, FloatArray], lead: float) -> Samples:
     return Samples(columns["t"], **arrays, lead=lead)
 
 
+@explains_names({})
 def read_csv(
     path: FileName,
     frame: str | None = None,

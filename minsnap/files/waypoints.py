@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.messages import explains_names
 from minsnap.basics.schema import NUMBER, Key, mapping, several
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
 from minsnap.basics.storage.text import FileName, beginning, load_yaml
@@ -40,6 +41,7 @@ TABLE = LooseColumns(
 """Columns of waypoints as text."""
 
 
+@explains_names({})
 def read_waypoints(path: FileName, origin: Sequence[float] | None = None) -> Waypoints:
     """Read waypoints from YAML (``.yaml``, ``.yml``), a mission, or CSV, by the ending.
 

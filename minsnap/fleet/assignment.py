@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, bounded, numbers
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
@@ -44,6 +44,7 @@ class LineDistance:
     progress: float
 
 
+@explains_names({})
 def assign(starts: ArrayLike, goals: ArrayLike, progress: bool = False) -> IntArray:
     r"""Assign a goal to each vehicle, with the least sum of squared distances.
 

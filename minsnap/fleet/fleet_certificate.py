@@ -21,7 +21,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, numbers
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_threads
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_simple
@@ -265,6 +265,7 @@ class FleetCertificate:
         return np.asarray(np.mean([curve(min(near.instant, curve.duration)) for curve in curves], axis=0))
 
 
+@explains_names({"obstacles": "avoid=", "distance": "separation="})
 def certify_fleet(
     fleet: Fleet | Sequence[Path],
     separation: Separation | float | None = None,

@@ -4,7 +4,6 @@ from .limits import check_one_speed as check_one_speed
 from .measures import MEASURES as MEASURES
 from .measures import Motion as Motion
 from .ordinary import ORDINARY as ORDINARY
-from .ordinary import POWER as POWER
 from .ordinary import completed as completed
 from .ordinary import ordinary_limits as ordinary_limits
 from .ordinary import ordinary_room as ordinary_room

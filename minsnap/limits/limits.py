@@ -27,10 +27,6 @@ from minsnap.trajectory.trajectory import Trajectory, remembered
 if TYPE_CHECKING:
     from minsnap.vehicle import Quadrotor
 
-STRONG = 15.0
-"""Thrust-to-weight ratio above which one is taken for a mistake of units; racing vehicles reach about ten."""
-
-
 MOST_LEGS = 10_000_000
 """Legs of a question at most."""
 
@@ -102,11 +98,10 @@ class Limits:
             if isinstance(value, np.generic):  # whose own arithmetic overflows early
                 set_fields(self, **{kind.name: float(value)})
         set_fields(self, gravity=check_positive("gravity", self.gravity, "m/s²", LimitError))
-        if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
-            warn_caller(
-                f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
-                MagnitudeWarning,
-            )
+        for kind in KINDS if type(self) is Limits else ():
+            doubt = "" if (value := getattr(self, kind.name, None)) is None else kind.doubt(value)
+            if doubt:
+                warn_caller(doubt, MagnitudeWarning)
 
     def _take_speeds(self) -> None:
         """Keep a speed of each leg, which may be given as the speed, and scale those that were known to another one."""

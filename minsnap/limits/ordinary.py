@@ -7,7 +7,7 @@ has exactly the limits that it is given, and its report says what is far from or
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from math import pi
 from typing import Any
 
@@ -30,7 +30,7 @@ Without a limit on it the shortest plans jump from one acceleration to another, 
 """
 
 POWER = "max_thrust"
-"""A limit that describes what a vehicle can do: in a file it stands for the ordinary ones."""
+"""A limit that describes what a vehicle can do: it stands for the ordinary ones."""
 
 HEIGHT = 1.0
 """How far above and below its waypoints a path may go, or half of their span if that is more [m]."""
@@ -42,15 +42,15 @@ def ordinary_limits() -> Limits:
     return Limits(**values)
 
 
-def completed(said: Mapping[str, float | None], alone: Collection[str] = ()) -> dict[str, float]:
+def completed(said: Mapping[str, float | None]) -> dict[str, float]:
     """Return the limits that hold, by name, where some are named: the ordinary ones that are not named hold too.
+
+    Where ``POWER`` is limited, exactly what is named holds.
 
     Parameters
     ----------
     said : mapping
         Limits by the names of the fields of :class:`~minsnap.Limits`, in their units; None takes one off.
-    alone : collection of str
-        Names that stand for the ordinary ones: where one of them is limited, exactly what is named holds.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def completed(said: Mapping[str, float | None], alone: Collection[str] = ()) -> 
     for name in said:
         if name not in named and name not in ORDINARY:
             raise LimitError(f"{name} is limited only where it is named: what can be taken off is {_names(ORDINARY)}")
-    if any(name in named for name in alone):
+    if POWER in named:
         return named
     filled = {name: value for name, value in ORDINARY.items() if name not in said}
     if "acceleration" in filled or "acceleration" in named:

@@ -26,6 +26,7 @@ from minsnap.basics.checks import (
     check_waypoints,
     is_whole,
 )
+from minsnap.basics.messages import explains_names
 from minsnap.corridors.constraint import Constraint, walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, WaypointError
@@ -128,6 +129,7 @@ class FullProblem(ReadOnly):
         return Trajectory(points, self.durations)
 
 
+@explains_names({"limits": "nothing: a QP has durations, and no limits"})
 def build_qp(
     waypoints: ArrayLike,
     durations: ArrayLike,

@@ -10,7 +10,8 @@ from minsnap.corridors.margins import margin_to
 from minsnap.corridors.tubes import Tube
 from minsnap.optimisation.solved_task import NATIVE
 from minsnap.trajectory.leg_uses import PlainLegs
-from minsnap.trajectory.report import Report, steps_of, unlimited_notes, wide_tube_note
+from minsnap.trajectory.plan_notes import plan_notes
+from minsnap.trajectory.report import Report, steps_of
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -43,7 +44,7 @@ class TubeReport:
         margin = min(margin_to(curve, walls).value for walls in Tube(self.widths).walls(self.waypoints))
         rows, rounds = self.figures[2:].astype(int).tolist()
         milliseconds, steps = 1e3 * self.seconds, steps_of(self.history)
-        notes = unlimited_notes(curve) + wide_tube_note(self.widths, self.waypoints)
+        notes = plan_notes(curve, widths=self.widths)
         how: dict[str, Any] = {"steps": steps, "core": NATIVE, "notes": notes, "known": PlainLegs(curve)}
         return Report(NATIVE, rounds, rows, curve.cost(), margin, milliseconds, **how)
 

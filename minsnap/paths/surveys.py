@@ -17,7 +17,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, bounded, numbers
 from minsnap.basics.checks import check_number, check_positive
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.errors import ShapeError
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
@@ -97,6 +97,7 @@ class Survey(ReadOnly, PlannedPath):
         return float(np.diff(self.spans).sum() / self.trajectory.duration)
 
 
+@explains_names({"altitude": "height="})
 def plan_survey(
     outline: ArrayLike,
     spacing: float,
@@ -175,6 +176,7 @@ def plan_survey(
     return _flown(lines, frame, base, outline, speed, limits, yaw, GroundLines.of(terrain, z, within))
 
 
+@explains_names({})
 def plan_facade(
     start: Sequence[float],
     end: Sequence[float],

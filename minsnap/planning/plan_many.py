@@ -12,6 +12,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, owned
 from minsnap.basics.checks import check_degree, check_switch, check_threads
+from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, of_steps, progress_line
 from minsnap.basics.tolerances import GAP
@@ -39,6 +40,7 @@ class ManyStep(NamedTuple):
 
 
 @within_memory("this batch of plans", planned_bytes)
+@explains_names({"times": "durations=", "corridors": "corridor="})
 def plan_many(
     waypoints: ArrayLike | Sequence[ArrayLike],
     durations: ArrayLike | Sequence[ArrayLike] | None = None,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from minsnap.basics import checks
-from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.deadline import WORK, Work
 from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, short_of_memory
@@ -36,6 +36,7 @@ from minsnap.corridors.given_waypoints import (
 )
 from minsnap.corridors.keep_out import Avoided, as_obstacles
 from minsnap.corridors.knot_regions import Placement, place
+from minsnap.corridors.named_constraints import widths_of
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.durations.resting import resting_plan
@@ -43,8 +44,9 @@ from minsnap.durations.search_options import ENFORCE, USUAL, Search, check_searc
 from minsnap.durations.timing import Timed, Timing
 from minsnap.errors import MinsnapError
 from minsnap.optimisation.task import Task
+from minsnap.trajectory.plan_notes import plan_notes
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
-from minsnap.trajectory.report import Progress, Report, unlimited_notes, wide_tube_note
+from minsnap.trajectory.report import Progress, Report
 from minsnap.trajectory.trajectory import Plan, Trajectory, as_plan
 
 if TYPE_CHECKING:
@@ -314,7 +316,7 @@ def _plan_request(request: PlanRequest, watch: Progress | None, said: tuple[str,
     else:
         timed = solve(task)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
-    widths = None if request.corridor is None else numbers(request.corridor)
+    widths = widths_of(unsampled(request.corridor))
     passed = without_gates(request.waypoints)[1], tuple(request.avoid or ()), widths
     chosen = request.pieces is None and refine and not request.avoid
     bounded = timing.shortest and not timed.limits_from
@@ -488,14 +490,12 @@ class _Plan:
             notes += fixed_yaw_notes(limits, curve)
         if self.default_pieces and curve.pieces > 1:
             notes += (f"the search chose {curve.pieces} polynomials a leg; with one the flight takes longer",)
-        if self.widths is not None:
-            notes += wide_tube_note(self.widths, curve(curve.leg_breaks))
         if self.gates or self.obstacles:
             from minsnap.planning.near_notes import near_notes
 
             notes += near_notes(curve, self.gates, self.obstacles, limits)
         used = () if limits is None else limits.utilisation(curve)
-        notes += unlimited_notes(curve, () if limits is None else limits.given())
+        notes += plan_notes(curve, () if limits is None else limits.given(), self.widths)
         from minsnap.planning.leg_table import LegTable
 
         course: dict[str, Any] = {"least": self.least, "duration": curve.duration}

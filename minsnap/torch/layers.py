@@ -10,12 +10,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from minsnap.basics.arrays import ArrayLike
+from minsnap.basics.messages import explains_names
 from minsnap.errors import InputError
 from minsnap.polynomials.bernstein import basis, derivative_basis_map
 
 State = Mapping[str, ArrayLike]
 
 
+@explains_names({"limits": "nothing: the cost is of given durations; see minsnap.torch.plan"})
 def cost(
     waypoints: Any,
     durations: Any,
@@ -68,6 +70,7 @@ def cost(
     return functions.OptimalCost.apply(*flat, options).reshape(shape)
 
 
+@explains_names({})
 def plan(
     waypoints: Any,
     durations: Any,

@@ -15,6 +15,7 @@ from numpy.polynomial import Polynomial
 
 from minsnap.basics.arrays import FloatArray, NDArray, ReadOnly, set_fields
 from minsnap.basics.checks import check_positive
+from minsnap.basics.messages import explains_names
 from minsnap.errors import InputError, ShapeError
 from minsnap.polynomials.bernstein import ends_to_points
 from minsnap.trajectory.heading import ZERO_YAW, Heading
@@ -190,6 +191,7 @@ def _exponential(phase: FloatArray) -> ComplexArray:
     return np.asarray(terms[-1])
 
 
+@explains_names({})
 def as_polynomials(path: Path, error: float = SHAPE.error) -> Trajectory:
     r"""Approximate a shape by a trajectory of degree 7, within a distance at every instant.
 

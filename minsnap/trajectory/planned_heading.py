@@ -31,6 +31,8 @@ class YawSettings:
     ----------
     many : float
         Angle beyond which it looks like degrees [rad].
+    near : float
+        How much less than a whole turn looks like one [rad].
     rate, followed : float
         Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad].
     longest : float
@@ -38,12 +40,16 @@ class YawSettings:
     """
 
     many: float = 4.0 * np.pi
+    near: float = 0.1
     rate: float = 50.0
     followed: float = 1e-2
     longest: float = 1e5
 
 
 YAW = YawSettings()
+
+TURN = 2.0 * np.pi * (1.0 + EXACT)
+"""A whole turn, and what rounding adds [rad]."""
 
 Angles = float | Sequence[float] | NDArray[Any]
 """One angle, or one for each waypoint [rad]."""
@@ -186,17 +192,34 @@ def _angles(yaw: Any) -> FloatArray:
         )
     if not bounded(angles).all():
         raise YawError("yaw must be finite [rad]")
-    doubt = in_degrees(angles)
+    doubt = _doubt(angles)
     if doubt:
         warn_caller(doubt, MagnitudeWarning)
     return angles
 
 
-def in_degrees(angles: FloatArray) -> str:
+def _doubt(angles: FloatArray) -> str:
+    """Return a sentence on angles [rad] that may be degrees, or nearly a whole turn; empty for others.
+
+    More than a turn may be degrees where it turns nothing, as one angle, or where all angles are whole numbers.
+    """
+    whole = angles.ndim == 0 or bool((angles == np.round(angles)).all())
+    steps = np.abs(np.diff(angles)) if angles.ndim == 1 else np.zeros(0)
+    near = np.flatnonzero((steps < 2.0 * np.pi * (1.0 - EXACT)) & (steps > 2.0 * np.pi - YAW.near))
+    if not near.size:
+        return in_degrees(angles, TURN if whole else YAW.many)
+    leg = int(near[0])
+    return (
+        f"yaw goes from {angles[leg]:g} to {angles[leg + 1]:g} rad on leg {leg}, nearly a turn, and turns the shorter "
+        f"way: for a whole turn, give a difference of 2 pi, {2.0 * np.pi:.10g}"
+    )
+
+
+def in_degrees(angles: FloatArray, many: float = YAW.many) -> str:
     """Return a sentence on angles [rad] that may be degrees, since they make many turns; empty for others."""
     largest = np.abs(angles).max(initial=0.0)
-    turns = f"{largest / (2.0 * np.pi):.0f} turns"
-    return f"yaw goes to {largest:g} rad, {turns}: if it is degrees, give radians" if largest > YAW.many else ""
+    turns = f"{largest / (2.0 * np.pi):.2g} turns"
+    return f"yaw goes to {largest:g} rad, {turns}: if it is degrees, give radians" if largest > many else ""
 
 
 def _spline(angles: FloatArray, durations: FloatArray, closed: bool, rate: float) -> FloatArray:

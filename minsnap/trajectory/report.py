@@ -2,46 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from minsnap.basics.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cards import Facts, card, curve_svg, strip_svg
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.messages import labelled
 from minsnap.basics.tolerances import EXACT
 from minsnap.trajectory.leg_uses import LegUse, PlainLegs, Sensitivity
-
-NOTED = (
-    ("speed", 1, 15.0, "m/s", frozenset({"speed"})),
-    ("acceleration", 2, 2.0 * GRAVITY, "m/s²", frozenset({"acceleration", "max_thrust", "rotor_thrust"})),
-    ("jerk", 3, 10.0 * GRAVITY, "m/s³", frozenset({"jerk", "snap", "body_rate", "rotor_thrust"})),
-)
-"""Quantity, order of the derivative, greatest value that is left unsaid, unit, and the limits that bound it.
-
-A jerk of 10 g turns a hovering vehicle by 10 rad/s.
-"""
-
-SPANS = 2.0
-"""Greatest extent of a path, over that of its waypoints, that is left unsaid."""
-
-
-SMALL = 0.05
-"""Extent of waypoints below which they may be in kilometres [m]."""
-
-GROUND = 0.01
-"""How far below the ground a path may go that is left unsaid [m]."""
-
-
-LONG, CREEPING = 500.0, 0.02
-"""Duration of a leg from which it may be milliseconds [s], where its mean speed is below this [m/s]."""
-
-WIDE, WIDER = 3.0, 2.0
-"""Half-width of a tube from which it may be centimetres [m], where it is so many times as long as every leg."""
+from minsnap.trajectory.plan_notes import plan_notes
 
 
 class Step(NamedTuple):
@@ -335,88 +309,9 @@ class LinearSystem(NamedTuple):
     def report(self, curve: Any) -> Report:
         """Return the report of the plan."""
         milliseconds, steps = 1e3 * (self.ended - self.began), steps_of(self.history)
-        notes, known = unlimited_notes(curve), PlainLegs(curve)
+        notes, known = plan_notes(curve), PlainLegs(curve)
         how: dict[str, Any] = {"steps": steps, "core": self.core, "notes": notes, "known": known}
         return Report("banded", 0, 0, curve.cost(), None, milliseconds, **how)
-
-
-def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...]:
-    """Return sentences about greatest values that no limit bounds: beyond 15 m/s, 2 g, 10 g/s, twice the span.
-
-    Parameters
-    ----------
-    curve : Trajectory
-        Its waypoints are taken where its legs begin and end.
-    limited : collection of str
-        Names of the limits that it was planned with.
-
-    Returns
-    -------
-    tuple of str
-        Empty for an ordinary path, and for one of more than three coordinates, which need not be metres.
-    """
-    if curve.dim > 3:
-        return ()
-    notes = [
-        f"the {name} is not limited and reaches {value:.4g} {unit}"
-        for name, order, most, unit, bounding in NOTED
-        if not bounding.intersection(limited) and (value := curve.max_norm(order)[0]) > most
-    ]
-    return (*notes, *_extent_note(curve), *_ground_note(curve), *_slow_note(curve), *_small_note(curve))
-
-
-def _extent_note(curve: Any) -> list[str]:
-    """Return a sentence if the path goes far beyond its waypoints along an axis."""
-    points = curve(curve.leg_breaks)
-    span = float(np.ptp(points, axis=0).max())
-    reach = max(np.subtract(*curve.extent(axis)[::-1]) for axis in np.eye(curve.dim))
-    if not reach > SPANS * span > 0.0:
-        return []
-    return [
-        f"the path goes over {reach:.4g} m along an axis, and its waypoints over {span:.4g} m: limit it, or give a Room"
-    ]
-
-
-def _ground_note(curve: Any) -> list[str]:
-    """Return a sentence if the path goes below the ground, at an altitude of zero, and its waypoints do not."""
-    if curve.dim != 3 or curve(curve.leg_breaks)[:, 2].min() < 0.0:
-        return []
-    lowest = float(curve.extent(np.eye(3)[2])[0])
-    if not lowest < -GROUND:
-        return []
-    return [f"the path goes down to z = {lowest:.3g} m, below the ground if that is at 0: give a Room, or a corridor"]
-
-
-def _slow_note(curve: Any) -> list[str]:
-    """Return a sentence if a leg takes so long that its duration is in another unit, such as milliseconds."""
-    times = np.diff(curve.leg_breaks)
-    if times.max() < LONG:
-        return []
-    lengths = np.linalg.norm(np.diff(curve(curve.leg_breaks), axis=0), axis=1)
-    slow = np.flatnonzero((times >= LONG) & (lengths > 0.0) & (lengths < CREEPING * times))
-    if not slow.size:
-        return []
-    leg = int(slow[0])
-    return [f"leg {leg} takes {times[leg]:g} s over {lengths[leg]:.4g} m: if that is milliseconds, divide it by 1000"]
-
-
-def _small_note(curve: Any) -> list[str]:
-    """Return a sentence if all waypoints are so near to each other that they are in another unit, as kilometres."""
-    span = float(np.ptp(curve(curve.leg_breaks), axis=0).max())
-    if not 0.0 < span < SMALL:
-        return []
-    return [f"all waypoints are within {1e3 * span:.3g} mm: if they are kilometres, multiply them by 1000"]
-
-
-def wide_tube_note(widths: Any, points: FloatArray) -> tuple[str, ...]:
-    """Return a sentence if a tube is so wide beside its legs (n - 1) that its half-widths are in another unit."""
-    widest, longest = float(np.max(widths)), float(np.linalg.norm(np.diff(points, axis=0), axis=1).max())
-    if not WIDE <= widest < np.inf or widest < WIDER * longest:
-        return ()
-    return (
-        f"the corridor is {widest:g} m to each side of legs of up to {longest:.4g} m: if that is centimetres, divide "
-        "it by 100",
-    )
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,9 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, set_fields
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_number, check_positive
-from minsnap.errors import YawError
+from minsnap.basics.limit_kinds import KIND
+from minsnap.basics.warn import warn_caller
+from minsnap.errors import MagnitudeWarning, YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit
 from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
 from minsnap.trajectory.instants import parted_instants
@@ -260,6 +262,9 @@ class Velocity:
         for name, unit in (("yaw_rate", "rad/s"), ("hold_below", "m/s")):
             if getattr(self, name) is not None:
                 set_fields(self, **{name: check_positive(name, getattr(self, name), unit, YawError)})
+        doubt = "" if self.yaw_rate is None else KIND["yaw_rate"].doubt(self.yaw_rate)
+        if doubt:
+            warn_caller(doubt, MagnitudeWarning)
         if self.yaw_at_start is not None:
             most, give = TURNING.most, "give an angle [rad]"
             angle = check_number("yaw_at_start", self.yaw_at_start, -most, most, give, YawError)

@@ -1,10 +1,12 @@
 """Names that one looks for are answered with what they are here."""
 
+from inspect import isfunction, signature
+
 import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import ArgumentNameError, FileError, TimingError
+from minsnap.errors import ArgumentNameError, FileError, TimingError, WaypointError
 
 LIMITS = minsnap.Limits(speed=2.0, acceleration=3.0)
 POINTS = [(0, 0, 1), (4, 0, 1), (4, 3, 1)]
@@ -31,6 +33,34 @@ def test_names_of_a_path(path, name):
 def test_arguments_of_plan(name):
     with pytest.raises(ArgumentNameError, match=f"plan has no argument {name}: write "):
         minsnap.plan(POINTS, **{name: 3.0})
+
+
+@pytest.mark.parametrize("name", sorted(name for name in dir(minsnap) if isfunction(getattr(minsnap, name, None))))
+def test_every_function_answers_an_unknown_argument(name):
+    """`certify(obstacles=...)` was a bare TypeError. What takes those that are passed on answers for them."""
+    function = getattr(minsnap, name)
+    parameters = signature(function).parameters.values()
+    if not parameters or any(each.kind is each.VAR_KEYWORD for each in parameters):
+        return
+    with pytest.raises(ArgumentNameError, match=f"{name} has no argument 'nothing_like_it': "):
+        function(nothing_like_it=1)
+
+
+def test_arguments_that_others_have():
+    with pytest.raises(ArgumentNameError, match="write avoid="):
+        minsnap.certify(PLAN, obstacles=[])
+    with pytest.raises(ArgumentNameError, match="write rate="):
+        minsnap.write_csv(PLAN, "never.csv", hz=20)
+    with pytest.raises(ArgumentNameError, match="cost has no argument limits: write nothing: the cost is of given"):
+        minsnap.torch.cost(POINTS, [3.0, 3.0], limits=LIMITS)
+
+
+def test_a_state_has_no_heading():
+    for name in ("yaw", "heading"):
+        with pytest.raises(WaypointError, match=rf"start pins '{name}': .*; a heading is yaw=, such as Velocity\("):
+            minsnap.plan(POINTS, [3.0, 3.0], start={name: 1.0})
+    with pytest.raises(WaypointError, match="pins 'vel': did you mean velocity?"):
+        minsnap.plan(POINTS, [3.0, 3.0], start={"vel": (0, 0, 0)})
 
 
 def test_a_report_prints_as_a_card():

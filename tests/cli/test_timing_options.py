@@ -54,6 +54,18 @@ def test_one_limit_named_leaves_the_others_at_ordinary_flight(call, tmp_path, co
     assert limits_of(call(*command, "--max-acceleration", 4, "--json")) == pytest.approx(slower)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("limits", ["{max_thrust: 2}", "{max_thrust: 2, speed: 1}"])
+def test_a_thrust_stands_for_all_that_a_vehicle_can_do_in_files_and_options(call, tmp_path, limits):
+    """In a file it replaced what holds unasked, and as an option it did not."""
+    (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")
+    (tmp_path / "said.yaml").write_text(f"waypoints: [[0,0,1],[4,0,1],[4,3,1.5]]\nlimits: {limits}\n")
+    named = ("--max-thrust", 2, *(("--max-speed", 1) if "speed" in limits else ()))
+    in_file = limits_of(call("plan", "said.yaml", "--json"))
+    assert limits_of(call("plan", "points.csv", *named, "--json")) == in_file
+    assert in_file == {"max_thrust": 2.0} | ({"speed": 1.0} if "speed" in limits else {})
+
+
 def test_a_small_tilt_alone_does_not_climb(call, tmp_path):
     (tmp_path / "points.csv").write_text("x,y,z\n0,0,1.5\n4,0,1.5\n4,3,1.5\n0,3,2\n")
     tilted = ("plan", "points.csv", "--max-tilt", 0.6)

@@ -109,6 +109,8 @@ def test_many_problems_of_four_coordinates_are_planned():
         ([(47.3977, 8.5456, 10.0), (47.3981, 8.5460, 12.0)], r"near \(47.3977, 8.5456\) .* latitudes and longitudes"),
         ([(47.3977, 8.5456), (47.3981, 8.5460)], "latitudes"),
         ([(1.5, 0.0), (1.5001, 0.0)], "latitudes"),
+        ([(47.3977, 8.5456, 10.0), (47.4977, 8.6456, 12.0)], "latitudes"),
+        ([(0, 0, 100), (1200, 0, 100), (1200, 900, 150)], "by 1000, and by 100 if they are centimetres"),
         ([(0, 0), (1500, 0)], "millimetres"),
     ],
 )

@@ -21,7 +21,7 @@ from minsnap.basics.checks import (
     check_switch,
     is_number,
 )
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.schema import (
     ANY,
     FLAG,
@@ -488,6 +488,7 @@ def _refuse_both(where: str, content: Mapping[str, Any]) -> None:
         )
 
 
+@explains_names({})
 def read_course(path: FileName) -> Course:
     """Read a course from YAML, or waypoints of a table with a column ``hold``; all in SI units, angles in radians.
 

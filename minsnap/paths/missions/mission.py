@@ -18,6 +18,7 @@ from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.named_constraints import widths_of
 from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.durations.time_stretch import nearby_factor, touching_factor
 from minsnap.errors import SolverError, WaypointError, YawError
@@ -33,9 +34,9 @@ from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
 from minsnap.replanning.horizon import grouped
 from minsnap.trajectory.leg_uses import LegUse, Sensitivity
+from minsnap.trajectory.plan_notes import plan_notes
 from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.planned_path import PlannedPath
-from minsnap.trajectory.report import unlimited_notes
 from minsnap.trajectory.trajectory import Plan, Trajectory, concatenate
 
 if TYPE_CHECKING:
@@ -155,7 +156,7 @@ class Mission(PlannedPath):
         """What is far from ordinary, as the report of a plan says it."""
         fixed = fixed_yaw_notes(self.limits, self.trajectory) if self.course.yaw is None else ()
         near = near_notes(self.trajectory, self.gates, self.course.obstacles, self.limits)
-        return fixed + self.said + near + unlimited_notes(self.trajectory, self.limits.given())
+        return fixed + self.said + near + plan_notes(self.trajectory, self.limits.given(), widths_of(self.course.tube))
 
     @property
     def gates(self) -> dict[int, Gate]:

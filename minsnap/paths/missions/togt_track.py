@@ -50,7 +50,8 @@ def translated_togt(where: str, content: Mapping[str, Any]) -> dict[str, Any]:
     FileError
         If it is malformed, or has what is not flown; says where.
     """
-    ends, states = [], {}
+    ends: list[Any] = []
+    states: dict[str, Any] = {}
     for ours, name in (("start", "initState"), ("end", "endState")):
         state = content.get(name)
         if not isinstance(state, Mapping):
