@@ -11,7 +11,7 @@ from pathlib import Path
 
 import minsnap
 from minsnap import Limits
-from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
+from minsnap.files import read_polynomials, write_polynomials
 from minsnap.plot import save_figure
 
 CORNERS = [(0, 0, 1), (6, 0, 1), (6, 4, 1), (0, 4, 1), (0, 0, 1)]

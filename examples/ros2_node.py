@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import minsnap
-from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints, write_px4
+from minsnap.files import offboard_control_mode, px4_setpoints, write_px4
 
 RATE = 20.0
 CLIMB = 10.0

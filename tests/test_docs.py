@@ -230,6 +230,32 @@ def test_every_command_and_every_format_that_is_written_has_a_line_in_the_tables
     assert [name for name, kind in file_formats().items() if kind.write and f"``{name}``" not in formats] == []
 
 
+def _public_names():
+    """Return by which name users import each public object, by its identity."""
+    rooms = [
+        minsnap,
+        *(importlib.import_module(f"minsnap.{m.name}") for m in pkgutil.iter_modules(minsnap.__path__) if m.ispkg),
+    ]
+    named = [
+        (room, name) for room in rooms if room.__name__ != "minsnap.torch" for name in getattr(room, "__all__", ())
+    ]
+    return {id(getattr(room, name)): f"{room.__name__}.{name}" for room, name in reversed(named)}
+
+
+def test_pages_name_what_users_import():
+    """A function was named by an inner module, which no program is to import."""
+    public, inner = _public_names(), []
+    for page in sorted((ROOT / "docs").glob("*.rst")):
+        for name in re.findall(r":(?:func|class):`~?(minsnap(?:\.\w+){3,})`", page.read_text(encoding="utf-8")):
+            place, last = name.rsplit(".", 1)
+            if place.rsplit(".", 1)[-1][0].isupper():
+                continue  # a method of a class
+            module = importlib.import_module(place)
+            if not hasattr(module, "__path__") and id(getattr(module, last)) in public:
+                inner.append(f"{page.name}: {name} is {public[id(getattr(module, last))]}")
+    assert inner == []
+
+
 def test_files_and_constants_that_pages_and_docstrings_name_are_there():
     known = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split()
     texts = [ROOT / name for name in known if name.endswith((".py", ".rst", ".md", ".hpp", ".cpp"))]

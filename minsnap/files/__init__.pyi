@@ -37,6 +37,12 @@ from .flights import load_reference as load_reference
 from .flights import read_log as read_log
 from .flown_margins import FlownMargins as FlownMargins
 from .flown_margins import find_flown_margins as find_flown_margins
+from .formats.polynomials import read_polynomials as read_polynomials
+from .formats.polynomials import write_polynomials as write_polynomials
+from .formats.robot_messages import multidof as multidof
+from .formats.robot_messages import offboard_control_mode as offboard_control_mode
+from .formats.robot_messages import px4_setpoints as px4_setpoints
+from .formats.robot_messages import write_px4 as write_px4
 from .frames import FRAMES as FRAMES
 from .frames import get_frame as get_frame
 from .frames import map_quaternions as map_quaternions

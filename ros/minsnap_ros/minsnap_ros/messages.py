@@ -13,7 +13,7 @@ from nav_msgs.msg import Path
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from minsnap import Samples
-from minsnap.files.formats.robot_messages import multidof
+from minsnap.files import multidof
 
 ELEMENTS = {
     "points": MultiDOFJointTrajectoryPoint,
@@ -71,7 +71,7 @@ def px4_topic(way: str, kind: type) -> str:
 
 
 def setpoint_message(message: Any, row: np.void, microseconds: int) -> Any:
-    """Return a px4_msgs/TrajectorySetpoint with a row of :func:`minsnap.files.formats.robot_messages.px4_setpoints`."""
+    """Return a px4_msgs/TrajectorySetpoint with a row of :func:`minsnap.files.px4_setpoints`."""
     for name in row.dtype.names:
         setattr(message, name, microseconds if name == "timestamp" else np.asarray(row[name]).tolist())
     return message

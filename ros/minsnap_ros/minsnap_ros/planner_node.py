@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 import minsnap
-from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints
+from minsnap.files import offboard_control_mode, px4_setpoints
 from minsnap.flight.mavlink.explored_stream import Exploration, Exploring
 from minsnap.paths.missions.course import is_course
 from minsnap_ros import ardupilot_vehicle as ap
