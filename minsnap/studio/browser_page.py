@@ -324,6 +324,7 @@ class Page:
 
     _player: Player
     _message: Any
+    _dark: bool = False
 
     def __init__(self, host: str, port: int) -> None:
         self._server: Any = start_server(host, port)
@@ -331,7 +332,6 @@ class Page:
         self._closed = threading.Event()
         self._lock = threading.RLock()
         gui = self._server.gui
-        self._dark = False
         self._dress()
         gui.set_panel_label("minsnap studio")
         gui.main_panel.dock_right()

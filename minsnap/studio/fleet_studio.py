@@ -13,15 +13,18 @@ from minsnap.files.formats import Lights
 from minsnap.fleet import Fleet, FleetCertificate, certify_fleet
 from minsnap.plot.fleet_figures import INSTANTS, least_distances, near_pairs
 from minsnap.studio.browser_page import LOOPBACK, PORT, Page, Player, several
+from minsnap.studio.file_panel import add_views
 from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView
 from minsnap.studio.page_inputs import sentence, table
 from minsnap.studio.plan_drawing import ColourArray, data_with_cursor, round_up, speed_colours, thin_lines, time_chart
 
-VEHICLE, NEAR = (31, 42, 68), (224, 49, 49)
-"""Colours of vehicles whose lamp is dark, and of those that are near another."""
+VEHICLE, PALE, NEAR = (31, 42, 68), (190, 203, 230), (224, 49, 49)
+"""Colours of vehicles without a lamp, or whose lamp is dark; of those on a dark page that have none; of near ones."""
 
 NIGHT, DAY = (16, 22, 38), (255, 255, 255)
-"""Colours behind a fleet with lights, and behind one without."""
+"""Colours behind a fleet on a dark page, as one with lights begins, and on a light one."""
+
+Colour = tuple[int, int, int]
 
 FADED = {NIGHT: 0.25, DAY: 0.35}
 """How much of the colour of time paths have where there are many; the rest is what is behind them."""
@@ -65,7 +68,7 @@ class FleetStudio(Page):
             raise FleetError(f"there are lights for {len(self._lights)} of {len(fleet)} vehicles: give each its own")
         self.certificate = certify_fleet(fleet, fleet.separation)
         self._places = several(fleet)
-        self._behind = DAY if lights is None or not any(self._lights) else NIGHT
+        self._dark = any(lamp is not None for lamp in self._lights)
         super().__init__(host, port)
         self._build()
         self._show(0.0)
@@ -75,13 +78,12 @@ class FleetStudio(Page):
 
     def _build(self) -> None:
         server, gui = self._server, self._server.gui
-        GroundView(server).show("enu", self._places, BY_DAY if self._behind == DAY else BY_NIGHT)
-        if self._behind != DAY:
-            server.scene.set_background_image(np.full((2, 2, 3), self._behind, dtype=np.uint8))
-        self._draw_paths(server.scene)
+        self._ground = GroundView(server)
+        self._draw_behind()
         self._draw_vehicles(server.scene)
         gui.add_html(table(facts(self.certificate)) + verdict(self.certificate))
         self._message = gui.add_html("")
+        add_views(gui, self)
         self._player = Player(gui, self._show, "Fly")
         self._player.show(self.fleet.duration)
         self.add_recording(gui)
@@ -90,6 +92,24 @@ class FleetStudio(Page):
         with panel.add_tab("Plots"):
             self._build_chart(gui)
         self._open(panel)
+
+    def darken(self) -> None:
+        """Make the page dark, or light again."""
+        super().darken()
+        with self._lock:
+            self._draw_behind()
+        self._show(self.now)
+
+    @property
+    def _behind(self) -> Colour:
+        return NIGHT if self._dark else DAY
+
+    def _draw_behind(self) -> None:
+        """Draw ground, background and paths, whose colours are those of the page."""
+        scene = self._server.scene
+        self._ground.show("enu", self._places, BY_NIGHT if self._dark else BY_DAY)
+        scene.set_background_image(np.full((2, 2, 3), self._behind, dtype=np.uint8) if self._dark else None)
+        self._draw_paths(scene)
 
     def _draw_paths(self, scene: Any) -> None:
         """Draw the paths, coloured by time; paler where they are more than ten."""
@@ -157,7 +177,8 @@ class FleetStudio(Page):
         lamps = np.array([np.zeros(3) if lamp is None else lamp(now) for lamp in self._lights])
         bright = lamps.max(axis=1, keepdims=True) / 255.0
         full = np.divide(lamps, bright, out=np.zeros_like(lamps), where=bright > 0.0)
-        return np.asarray(np.round(bright * full + (1.0 - bright) * VEHICLE), dtype=np.uint8)
+        unlit = PALE if self._dark and not any(lamp is not None for lamp in self._lights) else VEHICLE
+        return np.asarray(np.round(bright * full + (1.0 - bright) * unlit), dtype=np.uint8)
 
     def _tell(self, places: FloatArray, near: IntArray) -> None:
         """Name the pairs that are near, with their distances, heights divided by the downwash."""

@@ -9,7 +9,8 @@ from minsnap.cli.fleet_commands import _fleet
 from minsnap.errors import FleetError, InputError
 from minsnap.files.formats.skybrush import Lights
 from minsnap.studio import FleetStudio, show
-from minsnap.studio.fleet_studio import NEAR, VEHICLE, facts, verdict
+from minsnap.studio.fleet_studio import NEAR, PALE, VEHICLE, facts, verdict
+from minsnap.studio.ground_view import BY_DAY, BY_NIGHT
 
 viser = pytest.importorskip("viser")
 
@@ -39,6 +40,15 @@ def test_vehicles_are_where_the_fleet_is_and_near_ones_are_red_and_named(page):
         assert page._lines.visible is near
         assert ("ada and &lt;b&gt;bob" in page._told.content) is near
     assert page.now == 1.9
+
+
+def test_the_page_is_darkened_and_light_again(page):
+    assert not page._dark and page._ground._place[2] == BY_DAY
+    for dark, lines, colour in ((True, BY_NIGHT, PALE), (False, BY_DAY, VEHICLE)):
+        page.darken()
+        page.seek(0.0)
+        assert page._dark is dark and page._ground._place[2] == lines
+        assert page._vehicles.batched_colors.tolist() == [list(colour)] * 3
 
 
 def test_what_is_proved_stands_on_the_page(page):
