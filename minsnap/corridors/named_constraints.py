@@ -10,7 +10,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.half_spaces import HalfSpaces, Polytopes
-from minsnap.corridors.tubes import LegTube, RoundTube, Tube, as_constraints
+from minsnap.corridors.tubes import LegTube, RoundTube, Sampled, Tube, as_constraints
 
 TUBES: tuple[type[LegTube], ...] = (Tube, RoundTube)
 """Constraints whose walls follow the waypoints."""
@@ -24,7 +24,7 @@ CONSTRAINTS: dict[str, type[Constraint]] = {kind.__name__: kind for kind in (*TU
 
 def widths_of(corridor: Any) -> FloatArray | None:
     """Return all half-widths and radii of the tubes of a corridor [m], shape (n,); None where it has no tube."""
-    parts = as_constraints(corridor)
+    parts = as_constraints(corridor.corridor if isinstance(corridor, Sampled) else corridor)
     found = [
         part.half_width if isinstance(part, Tube) else part.radius
         for part in parts

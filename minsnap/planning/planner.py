@@ -316,7 +316,7 @@ def _plan_request(request: PlanRequest, watch: Progress | None, said: tuple[str,
     else:
         timed = solve(task)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
-    widths = widths_of(unsampled(request.corridor))
+    widths = widths_of(request.corridor)
     passed = without_gates(request.waypoints)[1], tuple(request.avoid or ()), widths
     chosen = request.pieces is None and refine and not request.avoid
     bounded = timing.shortest and not timed.limits_from
