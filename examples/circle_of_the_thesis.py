@@ -8,8 +8,7 @@ drag does: that, not drag, is what the uncompensated errors of the thesis are ma
 import sys
 from pathlib import Path
 
-from minsnap.flight import plot_experiment, run_experiment
-from minsnap.flight.thesis.experiment import experiment_text
+from minsnap.flight.thesis.experiment import experiment_text, plot_experiment, run_experiment
 from minsnap.plot import save_figure
 
 

@@ -12,7 +12,7 @@ import minsnap.flight
 from minsnap.basics.messages import labelled
 from minsnap.basics.storage.atomic import check_destination, refuse_source
 from minsnap.cli import options
-from minsnap.cli.app import command
+from minsnap.cli.app import command, tell
 from minsnap.cli.options import SimulatedVehicle
 from minsnap.cli.output import as_json, check_figure, on_terminal
 from minsnap.errors import InputError
@@ -155,11 +155,17 @@ def experiment(
     view: options.View = None,
     json: options.Json = False,
 ) -> None:
-    """Repeat a published experiment in simulation.
+    """Repeat a published experiment in simulation; deprecated, 0.3 is the last version that has it.
 
     Prints the tracking error with and without drag compensation.
     """
-    from minsnap.flight.thesis.experiment import experiment_dict, experiment_text, models_of, run_experiment
+    from minsnap.flight.thesis.experiment import (
+        experiment_dict,
+        experiment_text,
+        models_of,
+        plot_experiment,
+        run_experiment,
+    )
 
     check_figure(plot, view)
     if plot is not None:
@@ -182,7 +188,8 @@ def experiment(
 
         write_flights(result, output)
     if plot is not None:
-        minsnap.plot.save_figure(minsnap.flight.plot_experiment(result, view or "xy"), plot)
+        minsnap.plot.save_figure(plot_experiment(result, view or "xy"), plot)
+    tell("experiment is deprecated, and 0.3 is the last version that has it: it becomes a script of examples/")
     print(as_json(experiment_dict(result)) if json else experiment_text(result))
 
 

@@ -1,4 +1,4 @@
-"""Flying and what was flown: simulation, tracking, MAVLink, motion capture and the experiment of the thesis.
+"""Flying and what was flown: simulation, tracking, MAVLink and motion capture.
 
 Each public name belongs to the folder that it comes from, and both ways of importing it give the same object.
 """

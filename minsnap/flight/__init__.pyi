@@ -19,11 +19,6 @@ from .simulation import Sensors as Sensors
 from .simulation import drag_feed_forward as drag_feed_forward
 from .simulation import simulate as simulate
 from .simulation import simulate_open_loop as simulate_open_loop
-from .thesis import Experiment as Experiment
-from .thesis import ExperimentCourse as ExperimentCourse
-from .thesis import course as course
-from .thesis import plot_experiment as plot_experiment
-from .thesis import run_experiment as run_experiment
 from .tracking import Comparison as Comparison
 from .tracking import FlightFit as FlightFit
 from .tracking import compare as compare

@@ -57,7 +57,8 @@ def test_progress_true_shows_a_search(at_once, capsys, limits):
 
 
 def test_progress_true_shows_a_flight_and_an_experiment(at_once, capsys):
-    from minsnap.flight import GeometricController, run_experiment, simulate
+    from minsnap.flight import GeometricController, simulate
+    from minsnap.flight.thesis.experiment import run_experiment
     from minsnap.vehicle import Quadrotor
 
     simulate(Quadrotor.dji_f330(), GeometricController(), minsnap.line(), duration=0.2, progress=True)

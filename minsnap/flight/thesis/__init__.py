@@ -1,4 +1,4 @@
-"""Measurements of a DJI F330 from the literature, fits to them, and the published experiment in simulation."""
+"""Measurements of a DJI F330 from the literature, and fits to them; what repeats the published experiment."""
 
 import lazy_loader
 

@@ -9,8 +9,3 @@ from .drag_fits import consistent_rotor_drag as consistent_rotor_drag
 from .drag_fits import fit_consistent_drag as fit_consistent_drag
 from .drag_fits import fit_drag as fit_drag
 from .drag_fits import published_drag as published_drag
-from .experiment import Experiment as Experiment
-from .experiment import ExperimentCourse as ExperimentCourse
-from .experiment import course as course
-from .experiment import plot_experiment as plot_experiment
-from .experiment import run_experiment as run_experiment

@@ -250,7 +250,7 @@ def run_experiment(
     Parameters
     ----------
     name : {"circle", "line", "rect"}
-        The course, see :func:`minsnap.flight.course`.
+        The course, see :func:`course`.
     repetitions : int
         Ten in the thesis.
     compensations : sequence of str or None, optional

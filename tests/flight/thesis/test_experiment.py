@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 
 from minsnap.errors import InputError, ThrustError, VehicleError
-from minsnap.flight import CascadeController, GeometricController, Sensors, course, plot_experiment, run_experiment
-from minsnap.flight.thesis.experiment import PUBLISHED_RMSE, drag_model, experiment_dict, experiment_text
+from minsnap.flight import CascadeController, GeometricController, Sensors
+from minsnap.flight.thesis.experiment import (
+    PUBLISHED_RMSE,
+    course,
+    drag_model,
+    experiment_dict,
+    experiment_text,
+    plot_experiment,
+    run_experiment,
+)
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 
