@@ -9,6 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from minsnap.errors import MinsnapError
+from minsnap.files.convert import file_formats
+from minsnap.files.geodetic_missions import READERS
 
 EXAMPLES = {".csv": 500, ".npz": 500, ".npy": 500, ".traj": 500}
 """By ending; 300 of the others."""
@@ -23,6 +25,12 @@ def files(tmp_path_factory):
 def test_seeds_are_valid(files, name, tmp_path):
     (tmp_path / name).write_bytes(files[name])
     readers()[name](tmp_path / name)
+
+
+def test_every_ending_that_is_read_has_a_seed():
+    """A new format or mission needs one here, so that it is fuzzed too."""
+    read = {ending for kind in file_formats().values() for ending in kind.reads} | set(READERS)
+    assert read - {name[name.rindex(".") :] for name in readers()} == set()
 
 
 @pytest.mark.slow

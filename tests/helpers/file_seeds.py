@@ -1,12 +1,12 @@
 """A valid file of every kind that is read, and bytes near it."""
 
-import json
 import struct
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from bag_files import mcap_bag, sqlite_bag
 from flown_logs import dataflash_of
 from octree_files import octree_file, put
 from ulog_bytes import fields, ulog
@@ -21,14 +21,25 @@ def seeds(folder):
     """Return small valid files by name, as bytes."""
     path = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5], yaw=[0.0, 0.5, 0.0])
     names = {"path.csv": "setpoints", "piece.csv": "crazyflie", "path.yaml": "mav", "path.npz": "npz"}
-    for name, to in {**names, "path.json": "polynomials", "path.traj": "crazyflie-compressed"}.items():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", minsnap.errors.FirmwareWarning)
+    names |= {
+        "path.json": "polynomials",
+        "path.yml": "polynomials",
+        "path.traj": "crazyflie-compressed",
+        "path.skyb": "skybrush",
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", minsnap.errors.FirmwareWarning)
+        for name, to in names.items():
             write_any(path, folder / name, to, rate=4.0)
+    for name, to in MISSIONS.items():
+        write_any(path, folder / name, to, origin=(47.3977, 8.5456, 488.0))
+    write_any(path.sample(4.0), folder / "path.parquet", "parquet")
     write_any(path.sample(4.0), folder / "samples.npz", "npz")
     (folder / "points.csv").write_text("x,y,z,yaw,duration\n0,0,1,0,2\n2,0,1,0.5,1.5\n2,1,1,0,\n")
     (folder / "points.yaml").write_text("waypoints:\n- [0, 0, 1]\n- {x: 2, y: 0, z: 1}\ndurations: [2.0]\n")
     write_vehicle(Quadrotor.crazyflie(), folder / "vehicle.yaml")
+    mcap_bag(folder / "log.mcap", "/mavros/local_position/pose")
+    sqlite_bag(folder / "log.db3", ["/mavros/local_position/pose"])
     (folder / "log.ulg").write_bytes(_ulog())
     (folder / "log.bin").write_bytes(_dataflash())
     for name, text in TEXTS.items():
@@ -75,6 +86,15 @@ def _octrees():
     return {"tree.bt": octree_file(tree, True), "tree.ot": octree_file(tree, False)}
 
 
+MISSIONS = {
+    "mission.plan": "qgroundcontrol",
+    "mission.waypoints": "ardupilot",
+    "mission.kml": "kml",
+    "mission.kmz": "dji",
+    "litchi.csv": "litchi",
+}
+"""Missions by latitude and longitude, and the formats that write them."""
+
 PICTURE = b"P5\n# map\n4 3\n255\n" + bytes([0, 254, 205, 254, 254, 254, 254, 0, 254, 100, 254, 254])
 
 TEXTS = {
@@ -87,20 +107,6 @@ TEXTS = {
     "batch.yaml": "generator: walks\ncount: 10\nseed: 3\nlegs: [2, 4]\nlimits: {speed: [2, 3]}\ncorridor: 0.3\n",
     "request.yaml": "waypoints:\n- [0, 0, 1]\n- [2, 0, 1]\nlimits: {speed: 2}\ncorridor: 0.3\n"
     "room: [[-1, -1, 0], [4, 4, 4]]\n",
-    "mission.plan": json.dumps(
-        {
-            "fileType": "Plan",
-            "version": 1,
-            "mission": {
-                "version": 2,
-                "plannedHomePosition": [47.3977419, 8.5455938, 488.0],
-                "items": [
-                    {"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, None, 47.398, 8.5456 + k, 15]}
-                    for k in range(2)
-                ],
-            },
-        }
-    ),
 }
 """Files that are text: what stands in them, by name."""
 
@@ -143,8 +149,9 @@ def readers():
     from minsnap.vehicle import read_vehicle
 
     by_reader = {
-        read_any: "path.csv piece.csv path.yaml path.npz samples.npz path.json path.traj log.ulg log.bin",
-        minsnap.read_waypoints: "points.csv points.yaml mission.plan",
+        read_any: "path.csv piece.csv path.yaml path.npz samples.npz path.json path.yml path.traj path.skyb "
+        "path.parquet log.ulg log.bin log.mcap log.db3",
+        minsnap.read_waypoints: " ".join(("points.csv", "points.yaml", *MISSIONS)),
         read_vehicle: "vehicle.yaml",
         minsnap.read_course: "course.yaml",
         read_spec: "batch.yaml",

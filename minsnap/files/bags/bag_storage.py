@@ -6,10 +6,11 @@ import mmap
 import sqlite3
 import struct
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.text import LARGEST, FileName, check_regular, reading
@@ -107,15 +108,26 @@ def _read_sqlite(path: Path, kinds: Collection[str], topics: dict[str, Topic]) -
             tables = {name for (name,) in base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
             texts: dict[str, str] = {}
             if "message_definitions" in tables:
-                rows = base.execute("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")
-                texts = {kind: text for kind, encoding, text in rows if encoding == "ros2msg"}
-            for number, name, kind in base.execute("SELECT id, name, type FROM topics").fetchall():
+                query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+                found = _typed_rows(base.execute(query), str, str, str)
+                texts = {kind: text for kind, encoding, text in found if encoding == "ros2msg"}
+            for number, name, kind in _typed_rows(base.execute("SELECT id, name, type FROM topics"), int, str, str):
                 topic = topics.setdefault(name, Topic(name, kind, texts.get(kind, "")))
                 if kind in kinds:
                     rows = base.execute("SELECT timestamp, data FROM messages WHERE topic_id = ?", (number,))
-                    topic.rows += [(stamp, _unpacked(data, path)) for stamp, data in rows]
+                    topic.rows += [(stamp, _unpacked(data, path)) for stamp, data in _typed_rows(rows, int, bytes)]
     except sqlite3.Error as error:
         raise FileError(f"{path} is no bag in SQLite: {error}") from None
+
+
+def _typed_rows(rows: Iterable[tuple[Any, ...]], *types: type) -> list[tuple[Any, ...]]:
+    """Return rows of a table; raise ValueError where a value is of another type, which SQLite lets any column hold."""
+    found = list(rows)
+    for row in found:
+        for value, kind in zip(row, types, strict=True):
+            if not isinstance(value, kind):
+                raise ValueError(f"a table has {type(value).__name__} in the place of {kind.__name__}")
+    return found
 
 
 def _unpacked(data: bytes, path: Path) -> bytes:

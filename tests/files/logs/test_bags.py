@@ -4,23 +4,19 @@ It holds the flight of led.ulg five times a second, as MAVROS and as PX4's bridg
 """
 
 import sqlite3
-import struct
-import zlib
 from contextlib import closing
-from pathlib import Path
 
 import numpy as np
 import pytest
 import zstandard
+from bag_files import BAG, TOPICS, mcap_bag, sqlite_bag
 
 from minsnap.errors import FileError
 from minsnap.files.bags.bag_log import KINDS, read_bag
-from minsnap.files.bags.bag_storage import read_topics
 from minsnap.files.bags.usual_definitions import DEFINITIONS
 from minsnap.files.flights import load_flight, read_log
 
-HERE = Path(__file__).parents[2] / "recorded"
-BAG, LOG = HERE / "led.mcap", read_log(HERE / "led.ulg")
+LOG = read_log(BAG.with_suffix(".ulg"))
 PLACES = {
     "/mavros/local_position/odom": "nav_msgs/msg/Odometry",
     "/mavros/local_position/pose": "geometry_msgs/msg/PoseStamped",
@@ -31,43 +27,6 @@ ASKED = {
     "/mavros/setpoint_raw/local": "mavros_msgs/msg/PositionTarget",
     "/fmu/in/trajectory_setpoint": "px4_msgs/msg/TrajectorySetpoint",
 }
-TOPICS = {topic.name: topic for topic in read_topics(BAG, KINDS)[0]}
-
-
-def sqlite_bag(path, names, pack=bytes):
-    """Store messages as rosbag2 of ROS 2 Humble does, without definitions."""
-    with closing(sqlite3.connect(path)) as base, base:
-        base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
-        base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
-        for number, name in enumerate(names, 1):
-            base.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr')", (number, name, TOPICS[name].kind))
-            rows = [(number, stamp, pack(raw)) for stamp, raw in TOPICS[name].rows]
-            base.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows)
-    return path
-
-
-def text(value):
-    return struct.pack("<I", len(value)) + value.encode()
-
-
-def record(code, content):
-    return struct.pack("<BQ", code, len(content)) + content
-
-
-def mcap_bag(path, name, how="", pack=bytes, end=True, checksum=None):
-    """Store the messages of one topic in a chunk, as the format's specification has it."""
-    topic = TOPICS[name]
-    definition = topic.definition.encode()
-    schema = struct.pack("<H", 1) + text(topic.kind) + text("ros2msg") + struct.pack("<I", len(definition)) + definition
-    channel = struct.pack("<HH", 1, 1) + text(name) + text("cdr") + struct.pack("<I", 0)
-    rows = [struct.pack("<HIQQ", 1, k, stamp, stamp) + raw for k, (stamp, raw) in enumerate(topic.rows)]
-    inside = record(3, schema) + record(4, channel) + b"".join(record(5, row) for row in rows)
-    checksum = zlib.crc32(inside) if checksum is None else checksum
-    packed = pack(inside)
-    head = struct.pack("<QQQI", 0, 1, len(inside), checksum) + text(how) + struct.pack("<Q", len(packed))
-    records = record(1, text("ros2") + text("test")) + record(6, head + packed) + (record(15, bytes(4)) if end else b"")
-    path.write_bytes(b"\x89MCAP0\r\n" + records)
-    return path
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -184,7 +143,17 @@ def test_definitions_are_there_for_every_type_that_is_read():
 
 def test_a_bag_is_compared_by_the_command(tmp_path, call):
     bag = sqlite_bag(tmp_path / "led.db3", ["/fmu/out/vehicle_local_position", "/fmu/in/trajectory_setpoint"])
-    out = call("compare", str(HERE / "led.json"), str(bag)).stdout
+    out = call("compare", str(BAG.with_suffix(".json")), str(bag)).stdout
     assert "led.db3" in out and float(out.splitlines()[-1].split()[4]) == pytest.approx(0.92, abs=0.01)
-    asked = call("compare", str(HERE / "led.json"), str(HERE / "led.ulg"), "--topic", "/odom")
+    asked = call("compare", str(BAG.with_suffix(".json")), str(BAG.with_suffix(".ulg")), "--topic", "/odom")
     assert asked.returncode == 2 and "choose topics of a bag of ROS 2, and none is given" in asked.stderr
+
+
+@pytest.mark.parametrize("change", ["topics SET name = NULL", "topics SET type = x'03'", "messages SET timestamp = ''"])
+def test_a_table_with_values_of_another_type_is_refused(tmp_path, change):
+    """SQLite keeps any value in any column."""
+    bag = sqlite_bag(tmp_path / "a.db3", ["/mavros/local_position/odom"])
+    with closing(sqlite3.connect(bag)) as base, base:
+        base.execute(f"UPDATE {change}")
+    with pytest.raises(FileError, match="is not a bag"):
+        read_bag(bag)
