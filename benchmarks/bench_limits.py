@@ -65,12 +65,12 @@ def problem(seed: int) -> tuple[str, dict]:
     return way, asked | WAYS[way]
 
 
-def excess(path, limits: Limits) -> float:
-    """By how much a limit is exceeded on a dense grid, as a share of it."""
+def sampled(path, limits: Limits) -> dict[str, float]:
+    """Largest value of what each limit bounds on a dense grid, by other formulas; of ``min_thrust`` the least."""
     t = np.linspace(0.0, path.duration, GRID)
     v, a, j, s = (path(t, order) for order in (1, 2, 3, 4))
     size = (lambda x: np.abs(x).max()) if limits.norm == "axis" else (lambda x: np.linalg.norm(x, axis=1).max())
-    values = {
+    return {
         "speed": size(v),
         "acceleration": size(a),
         "jerk": size(j),
@@ -87,7 +87,11 @@ def excess(path, limits: Limits) -> float:
         "body_rate": tilt_rate(a, j).max(),
         "yaw_rate": np.abs(path.yaw(t, 1)).max(),
     }
-    given = limits.given()
+
+
+def excess(path, limits: Limits) -> float:
+    """By how much a limit is exceeded on a dense grid, as a share of it."""
+    values, given = sampled(path, limits), limits.given()
     return max(given[n] / values[n] if n == "min_thrust" else values[n] / given[n] for n in given) - 1.0
 
 

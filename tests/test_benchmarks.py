@@ -1,11 +1,26 @@
 """Questions that benchmarks ask by dictionaries of arguments: a changed argument of ``plan`` must not pass them by."""
 
+import re
+from pathlib import Path
+
 import bench_limits
 import bench_timing
 import history
 import pytest
+import random_combinations
 
 import minsnap
+from minsnap.basics.limit_kinds import KINDS
+
+LIMIT_NAMES = [kind.name for kind in KINDS if kind.measure != "rotors"]
+"""Of all limits that are given by numbers alone, without a vehicle."""
+
+
+def test_random_problems_have_every_limit():
+    path = minsnap.plan([(0, 0, 1), (4, 0, 2)], [2.0])
+    assert bench_limits.SPANS.keys() == bench_limits.sampled(path, minsnap.Limits()).keys() == set(LIMIT_NAMES)
+    judged = set(re.findall(r'"(\w+)"', Path(random_combinations.__file__).read_text()))
+    assert set(LIMIT_NAMES) - judged == set()
 
 
 @pytest.mark.parametrize("way", bench_limits.WAYS)

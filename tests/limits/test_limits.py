@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.basics.limit_kinds import KINDS
 from minsnap.cli.app import exit_status
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError
@@ -86,6 +87,14 @@ CONVEX = {
     "max_thrust": 1.1,
     "tilt": 0.3,
 }
+
+
+def test_every_limit_with_walls_is_compared_with_them():
+    """But a least thrust, whose wall is nearer than its measure, below."""
+    walls = Limits(**{kind.name: 0.5 if kind.least else 1.2 for kind in KINDS if kind.measure != "rotors"}).walls(
+        POINTS
+    )
+    assert CONVEX.keys() == {wall.name for wall in walls} - {"min_thrust"}
 
 
 @pytest.mark.parametrize("norm", ["euclidean", "axis"])

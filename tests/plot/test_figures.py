@@ -12,6 +12,7 @@ import pytest
 matplotlib.use("agg")
 
 import minsnap
+from minsnap.basics.limit_kinds import KINDS
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits
@@ -188,6 +189,7 @@ def test_utilisation_peaks_at_what_the_certificate_says():
     traj = minsnap.plan(
         [(0, 0, 1), (3, 1, 2), (2, 4, 0.5), (0, 2, 1)], durations=[2.5, 2.5, 2.5], yaw=[0.0, 1.0, 2.0, 1.0]
     )
+    assert limits.given().keys() == {kind.name for kind in KINDS if kind.measure != "rotors"}
     exact = {used.name: used.fraction for used in limits.utilisation(traj)}
     ax = plot_utilisation(traj, limits)
     drawn = {line.get_label().replace(" ", "_"): np.max(line.get_ydata()) / 100.0 for line in ax.lines[:-1]}
