@@ -95,6 +95,9 @@ class WorkPrices:
 
 WORK = WorkPrices()
 
+IMPROVING, LAST_TRY = 0.5, 0.75
+"""Shares of the worth of a question after which what was found is not improved any more, and after one last try."""
+
 
 @dataclass(eq=False)
 class Work:
@@ -103,10 +106,11 @@ class Work:
     Parameters
     ----------
     worth : float
-        Milliseconds of a processor, about, after which nothing new is begun; after half of it what was found is not
-        improved any more.
+        Milliseconds of a processor, about, after which nothing new is begun.
     done : float
         So far.
+    share : float
+        Of the worth, after which what was found is not improved any more.
     known : tuple
         The last searches of the question that ended by themselves, each with what it found: none is made twice.
     remembers : bool
@@ -115,6 +119,7 @@ class Work:
 
     worth: float = inf
     done: float = 0.0
+    share: float = IMPROVING
     known: tuple[tuple[Any, Any], ...] = ()
     remembers: bool = True
 
@@ -125,7 +130,7 @@ class Work:
     @property
     def enough(self) -> float:
         """Work from which on what was found is not improved any more."""
-        return 0.5 * self.worth
+        return self.share * self.worth
 
 
 class Stopwatch:
@@ -247,6 +252,13 @@ class Deadline:
     def error(self) -> LateError:
         """Return the error that says what is over."""
         return LateError(LATE if self.late else SPENT)
+
+    def has_last_try(self) -> bool:
+        """Whether work alone is over, for the first time: then a little more is allowed, for what takes little."""
+        first = self.spent and not self.late and self.work.share < LAST_TRY
+        if first:
+            self.work.share = LAST_TRY
+        return first
 
     def until(self, due: float) -> Deadline:
         """Return the same question's deadline at another instant."""

@@ -70,7 +70,7 @@ from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion
 from minsnap.optimisation.optimum import NO_KNOTS, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.polynomials.bernstein import from_whole, parted
+from minsnap.polynomials.bernstein import divided_pieces
 from minsnap.refusals.given_times import explain
 from minsnap.refusals.sentences import UnlimitedError, exceeded_by_a_search, nothing_limits, yaw_too_fast
 from minsnap.trajectory.heading import Heading
@@ -99,6 +99,8 @@ class StrategySettings:
         that keeps the limits.
     divided_time_factors : tuple of float
         Factor on the time of a plan whose legs are divided; where it has several pieces a leg, the second one.
+    slower_parts : tuple of float
+        Shares by which a curve that is divided is flown more slowly, until no sample of its parts is over a limit.
     searches : int
         How often is searched until a curve can be certified.
     inward_factor : float
@@ -129,6 +131,7 @@ class StrategySettings:
     limit_factor: float = 4.0
     time_factors: tuple[float, ...] = (1.05, 1.1, 1.2, 1.4)
     divided_time_factors: tuple[float, float] = (1.4, 1.05)
+    slower_parts: tuple[float, ...] = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
     searches: int = 3
     inward_factor: float = 10.0
     use_without_end: float = 1.1
@@ -652,15 +655,19 @@ class Strategy:
         return Strategy(replace(self.task, pieces=pieces), replace(self.timing, refine=False), self.watched)
 
     def cut(self, first: SolvedTask) -> SolvedTask | None:
-        """Divide the pieces of a plan into the wanted number; more samples of it may find it barely too fast."""
-        parts, rest = divmod(self.task.legs * self.task.pieces, len(first.durations))
-        if first.optimum.points is None or rest:
+        """Divide the pieces of a plan into the wanted number, the longest of each leg once more than others.
+
+        More samples of it may find it barely too fast.
+        """
+        own = first.durations.reshape(self.task.legs, -1)
+        every, rest = divmod(self.task.pieces, own.shape[1])
+        if first.optimum.points is None or not every:
             return None
-        durations = np.repeat(first.durations[:, None] / parts, parts, axis=1)
-        points, unit = parted(first.optimum.points, durations)
-        points = from_whole(points.reshape(-1, *points.shape[2:]), unit)
-        divided = solved_at(self.task, ShortestCurve(durations.reshape(-1), points, first.optimum.rounds, True, True))
-        slower = (divided.slowed(factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
+        counts = np.full(own.shape, every)
+        np.put_along_axis(counts, (-own).argsort(axis=1, kind="stable")[:, :rest], every + 1, axis=1)
+        durations, points = divided_pieces(first.durations, first.optimum.points, counts.reshape(-1))
+        divided = solved_at(self.task, ShortestCurve(durations, points, first.optimum.rounds, True, True))
+        slower = (divided.slowed(1.0 + share) for share in SETTINGS.slower_parts)
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
 
     def _in_durations_found(self, found: Attempt) -> Attempt:

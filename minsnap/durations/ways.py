@@ -182,22 +182,20 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
 def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = None) -> PlanOutcome:
     """Search from a curve, or from the usual start and, where that may end far away, from near the least time too.
 
-    Every flight of fewer pieces is one of more: those are searched too, and divided where they are shorter.
+    Every flight of fewer pieces is one of more: one piece less is searched too, and divided where it is shorter. Where
+    many, or those that a search chose, took all of the work, one piece a leg is searched in little more.
     """
-    return _of_pieces(task, timing, {}) if first is None else Strategy(task, timing).run(first)
-
-
-def _of_pieces(task: Task, timing: Timing, known: dict[int, PlanOutcome]) -> PlanOutcome:
-    """Search with the pieces of a task, and with those that divide them, of which some are known."""
+    if first is not None:
+        return Strategy(task, timing).run(first)
     found = outcome_of(lambda: _of_starts(task, timing))
-    for pieces in _divisors(task.pieces):
-        if found.end is End.SPENT and found.planned is not None or isinstance(found.reason, LimitError):
-            break
-        if pieces not in known:
-            known[pieces] = _of_pieces(replace(task, pieces=pieces, explained=False), timing, known)
-        found = _quicker(found, _divided(known[pieces], task, timing))
-        known[pieces] = known[pieces].without_steps()
-    return found
+    fewest = task.pieces == 1 and not timing.refine
+    if fewest or isinstance(found.reason, LimitError):
+        return found
+    spent = found.end is End.SPENT
+    if not (timing.in_time(task).deadline.has_last_try() if spent else task.pieces > 1):
+        return found
+    fewer = replace(task, pieces=1 if spent else task.pieces - 1, explained=False)
+    return _quicker(found, _divided(shortest_of_starts(fewer, replace(timing, refine=False)), task, timing))
 
 
 def _of_starts(task: Task, timing: Timing) -> PlanOutcome:
@@ -209,12 +207,6 @@ def _of_starts(task: Task, timing: Timing) -> PlanOutcome:
     if other is None:
         return found
     return _quicker(found, outcome_of(lambda: Strategy(finest, replace(timing, refine=False)).run(other)))
-
-
-def _divisors(number: int) -> list[int]:
-    """Return the divisors of a number that are most of its divisors below it: 3 and 2 of 6."""
-    own = [one for one in range(1, number) if number % one == 0]
-    return [one for one in own if not any(more > one and more % one == 0 for more in own)]
 
 
 def _divided(fewer: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from minsnap.basics.arrays import FloatArray, read_only
+from minsnap.basics.arrays import FloatArray, IntArray, read_only
 
 Rational = NDArray[Any]
 """A matrix of exact rationals: objects, whose sums and products numpy leaves to them."""
@@ -297,6 +297,33 @@ def parted(points: FloatArray, durations: FloatArray) -> tuple[NDArray[Any], flo
         parts.append(np.stack(left, axis=1))
         rest = np.stack(right[::-1], axis=1)
     return np.stack([*parts, rest], axis=1), unit
+
+
+def divided_pieces(durations: FloatArray, points: FloatArray, counts: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Divide polynomials into equal parts each, as exactly as :func:`parted` does.
+
+    Parameters
+    ----------
+    durations : ndarray, shape (m,)
+        [s].
+    points : ndarray, shape (m, n + 1, dim)
+    counts : ndarray of int, shape (m,)
+        Parts of each.
+
+    Returns
+    -------
+    durations : ndarray, shape (sum of counts,)
+    points : ndarray, shape (sum of counts, n + 1, dim)
+    """
+    last = counts.cumsum()
+    divided = np.empty((last[-1], *points.shape[1:]))
+    for count in np.unique(counts).tolist():
+        which = counts == count
+        parts, unit = parted(points[which], np.ones((which.sum(), count)))
+        divided[(last[which, None] - count + np.arange(count)).reshape(-1)] = from_whole(
+            parts.reshape(-1, *points.shape[1:]), unit
+        )
+    return np.repeat(durations / counts, counts), divided
 
 
 def to_whole(values: FloatArray, unit: float) -> NDArray[Any]:

@@ -146,6 +146,16 @@ def test_parts_of_a_curve_begin_where_those_of_rationals_do():
             assert abs(value * Fraction(unit) - exact_value) <= 1e-50
 
 
+def test_polynomials_are_divided_into_parts_of_their_own_number():
+    points, counts = np.random.default_rng(4).normal(size=(3, 8, 2)), np.array([2, 1, 3])
+    durations, parts = polynomial.divided_pieces(np.array([1.0, 0.3, 2.0]), points, counts)
+    assert durations == pytest.approx([0.5, 0.5, 0.3, 2 / 3, 2 / 3, 2 / 3], rel=1e-15)
+    s, places = np.linspace(0.0, 1.0, 9), [(0, 0), (0, 1), (1, 0), (2, 0), (2, 1), (2, 2)]
+    for part, (curve, number) in zip(parts, places, strict=True):
+        inside = polynomial.basis(7, (number + s) / counts[curve]) @ points[curve]
+        assert polynomial.basis(7, s) @ part == pytest.approx(inside, abs=1e-14)
+
+
 def test_small_differences_of_large_numbers_are_rounded_once():
     random = np.random.default_rng(0)
     points = 1e6 + random.normal(size=(50, 8, 2)) * 10.0 ** np.arange(-7, 1)[:, None]

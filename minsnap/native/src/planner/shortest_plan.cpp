@@ -37,11 +37,14 @@ struct PlanSettings {
     static constexpr int rotor_halvings = 20;
     static constexpr double rotor_work = 2.5e-4;  // as row_work
     static constexpr double aside = 0.1;          // least share of the thrust that is not along the heading
-    static constexpr int tries = 3;               // searches until a curve can be certified
-    static constexpr double farther = 10.0;       // factor on the share by which walls are moved inwards, where a curve is outside
-    static constexpr double not_longer = 1e-3;    // share by which a certified curve may be slower than that of its search
-    static constexpr double seen = 0.05;          // excess beyond which a search has not seen a limit
-    static constexpr double enough = 2.0;         // by how many excesses limits are tightened
+    static constexpr double slower_parts[] = {0.0,  1e-6, 1e-5,
+                                              1e-4, 1e-3, 1e-2};  // of a curve that is divided, until no sample is over a limit
+    static constexpr double last_try = 0.75;                      // share of the work after which one last try ends
+    static constexpr int tries = 3;                               // searches until a curve can be certified
+    static constexpr double farther = 10.0;     // factor on the share by which walls are moved inwards, where a curve is outside
+    static constexpr double not_longer = 1e-3;  // share by which a certified curve may be slower than that of its search
+    static constexpr double seen = 0.05;        // excess beyond which a search has not seen a limit
+    static constexpr double enough = 2.0;       // by how many excesses limits are tightened
     static constexpr double row_work = 6e-5, block_work = 5e-6;  // milliseconds of a processor, about
     static constexpr double vanishing = 1e-6;                    // share of the longest total below which nothing limits the time
     static constexpr double idle = 0.8;                          // factor on time below which nothing limits it; and where
@@ -66,14 +69,6 @@ using P = PlanSettings;
 constexpr double peaks[4] = {2.1875, 7.5132, 52.5, 840.0};
 
 constexpr int most_points = 12;  // of a polynomial
-
-// Whether a number divides another, and no larger divisor of that, but itself, is divided by it.
-bool most_of(std::int64_t one, std::int64_t all) {
-    if (all % one != 0) return false;
-    for (std::int64_t more = 2 * one; more < all; more += one)
-        if (all % more == 0) return false;
-    return true;
-}
 
 // A number of so many digits, for what a search decides by.
 double significant(double value, int digits) {
@@ -316,17 +311,27 @@ void ShortestPlan::Attempt::then(Attempt &later) {
     unlimited = unlimited || later.unlimited;
 }
 
-// A flight of so many polynomials a leg, or one of fewer, divided, where that is shorter: every flight of fewer is one of more.
+// A flight of so many polynomials a leg, or one of fewer, divided, where that is shorter: every flight of fewer is one of more. Where many, or those that
+// a search chose, took all of the work, one polynomial a leg is searched in little more.
 void ShortestPlan::of_pieces(std::int64_t pieces, Attempt &found) {
     of_starts(pieces, found);
-    for (std::int64_t fewer = 1; fewer < pieces; ++fewer) {
-        if (!most_of(fewer, pieces)) continue;
-        if (found.hopeless() || no_memory_ || (end_.ended && found.solved.legs > 0)) return;
-        Attempt whole;
-        CurveMemory divided;
-        of_pieces(fewer, whole);
-        if (whole.solved.legs > 0 && cut(whole.solved, pieces, divided)) found.shorter(divided, whole.stands_in);
-    }
+    if (found.hopeless() || no_memory_ || pieces == 1) return;
+    const bool spent = end_.ended;
+    if (spent ? !has_last_try() : pieces == 0) return;
+    Attempt whole;
+    CurveMemory divided;
+    of_pieces(spent ? 1 : pieces - 1, whole);
+    if (whole.solved.legs > 0 && cut(whole.solved, std::max<std::int64_t>(pieces, 1), divided)) found.shorter(divided, whole.stands_in);
+    end_.ended = end_.ended || spent;
+}
+
+// Whether work alone is over, for the first time: then a little more of it is allowed.
+bool ShortestPlan::has_last_try() {
+    if (share_ >= P::last_try || work_ <= share_ * course_.worth()) return false;
+    end_.ended = false;
+    if (end_.over()) return false;
+    share_ = P::last_try;
+    return true;
 }
 
 // From the usual start and, where that may end far away, from near the least time too.
@@ -423,33 +428,41 @@ void ShortestPlan::in_longer_durations(Attempt &found) {
 // may find it barely too fast.
 bool ShortestPlan::cut(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve) {
     if (!divide(whole, pieces, curve) || !inside(curve)) return false;
-    for (const double slower : {1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4})
-        if (keeps(curve, slower)) return curve.slow(slower), true;
+    for (const double share : P::slower_parts)
+        if (const double slower = 1.0 + share; keeps(curve, slower)) return curve.slow(slower), true;
     return false;
 }
 
+// Equal parts of each polynomial, and one more of the longest ones of each leg where that leaves a rest.
 bool ShortestPlan::divide(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve) const {
-    const std::int64_t parts = pieces / whole.pieces, size = 2 * course_.half;
-    if (parts * whole.pieces != pieces || !curve.allocate(course_, pieces)) return false;
+    const std::int64_t every = pieces / whole.pieces, rest = pieces % whole.pieces, size = 2 * course_.half;
+    if (every == 0 || !curve.allocate(course_, pieces)) return false;
     const int dim = course_.dim;
-    for (std::int64_t i = 0; i < whole.all(); ++i)
+    const double *const own = whole.durations.data();
+    std::int64_t first = 0;
+    for (std::int64_t i = 0; i < whole.all(); ++i) {
+        const std::int64_t leg = i / whole.pieces * whole.pieces;
+        std::int64_t longer = 0;
+        for (std::int64_t j = leg; j < leg + whole.pieces; ++j) longer += own[j] > own[i] || (own[j] == own[i] && j < i);
+        const std::int64_t parts = every + (longer < rest);
         for (int d = 0; d < dim; ++d) {
-            DoubleDouble rest[most_points], right[most_points];
-            for (std::int64_t j = 0; j < size; ++j) rest[j] = whole.points[std::size_t((i * size + j) * dim + d)];
+            DoubleDouble left[most_points], right[most_points];
+            for (std::int64_t j = 0; j < size; ++j) left[j] = whole.points[std::size_t((i * size + j) * dim + d)];
             for (std::int64_t part = 0; part < parts; ++part) {
                 const bool last = part + 1 == parts;
                 const DoubleDouble s = DoubleDouble(1.0) / DoubleDouble(double(parts - part));
                 for (std::int64_t j = 0; j < size; ++j) {
-                    curve.points[std::size_t(((i * parts + part) * size + j) * dim + d)] = to_double(rest[last ? j : 0]);
+                    curve.points[std::size_t(((first + part) * size + j) * dim + d)] = to_double(left[last ? j : 0]);
                     if (last) continue;
-                    right[size - 1 - j] = rest[size - 1 - j];
-                    for (std::int64_t k = 0; k + 1 < size - j; ++k) rest[k] += s * (rest[k + 1] - rest[k]);
+                    right[size - 1 - j] = left[size - 1 - j];
+                    for (std::int64_t k = 0; k + 1 < size - j; ++k) left[k] += s * (left[k + 1] - left[k]);
                 }
-                if (!last) std::copy(right, right + size, rest);
+                if (!last) std::copy(right, right + size, left);
             }
         }
-    for (std::int64_t i = 0; i < curve.all(); ++i)
-        curve.durations[std::size_t(i)] = whole.durations[std::size_t(i / parts)] / double(parts);
+        for (std::int64_t part = 0; part < parts; ++part) curve.durations[std::size_t(first + part)] = own[i] / double(parts);
+        first += parts;
+    }
     return true;
 }
 
@@ -671,7 +684,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     const double block = double(course_.half - 1) * course_.dim;
     asked.row_work = bounds.vehicle != nullptr ? P::rotor_work : P::row_work,
     asked.iteration_work = P::block_work * double(legs * pieces) * block * block * block;
-    asked.worth = 0.5 * course_.worth(), asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
+    asked.worth = share_ * course_.worth(), asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
     asked.live = end_.timed(), asked.poll = poll, asked.context = &told;
     const Status status = Status(minsnap_shortest_time(&asked, &answer_));
     work_ = answer_.work, longest_ = answer_.longest, stopped_ = status == Status::spent, kept_ = status != Status::no_progress;

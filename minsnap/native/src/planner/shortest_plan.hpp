@@ -77,6 +77,7 @@ private:
     bool make_limits(bool all, WallSets &sets);
     bool stop_and_go(Buffer<double> &durations) const;
     void of_pieces(std::int64_t pieces, Attempt &found);
+    bool has_last_try();
     void of_starts(std::int64_t pieces, Attempt &found);
     void of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found);
     void solve(const Guess *guess, Attempt &found);
@@ -120,7 +121,7 @@ private:
     std::int64_t per_leg_ = 0;  // pieces of a leg in this attempt; 0 for those that the search chooses
     ShortestAnswer answer_ = {};
     bool stopped_ = false, kept_ = false;
-    double work_ = 0.0, longest_ = 0.0;
+    double work_ = 0.0, longest_ = 0.0, share_ = 0.5;  // share_: of the work that the problem is worth, after which a search ends
     CurveMemory scaled_;
     Buffer<std::int64_t> free_;
     Buffer<double> lengths_, totals_, knots_, guess_durations_, guess_knots_;
