@@ -18,7 +18,7 @@ from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView
 from minsnap.studio.page_inputs import sentence, table
 from minsnap.studio.plan_drawing import ColourArray, data_with_cursor, round_up, speed_colours, thin_lines, time_chart
 
-VEHICLE, PALE, NEAR = (31, 42, 68), (190, 203, 230), (224, 49, 49)
+VEHICLE, PALE, NEAR = (31, 42, 68), (96, 112, 150), (224, 49, 49)
 """Colours of vehicles without a lamp, or whose lamp is dark; of those on a dark page that have none; of near ones."""
 
 NIGHT, DAY = (16, 22, 38), (255, 255, 255)

@@ -37,7 +37,7 @@ from minsnap.basics.schema import (
     word,
 )
 from minsnap.basics.storage.text import FileName, load_yaml, read_text, reading
-from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
@@ -63,8 +63,8 @@ TRACK = ".toml"
 ENDINGS = (".yaml", ".yml", TRACK)
 """Files that describe courses; another one is a table of waypoints."""
 
-MOST_LAPS = 1000
-"""Most laps of a course."""
+MOST_LAPS, MOST_DEEP = 1000, 1e5
+"""Most laps of a course, and greatest height of its floor above or below zero [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +158,9 @@ class Course:
         What the course keeps out of; by names as :func:`~minsnap.corridors.keep_out.named_obstacle` has them.
     tracking, wind : Loop and float, or None
         The vehicle's loop, which keeps all of it, and the largest change of the wind [m/s].
+    floor : float or None
+        Least height of the path [m]; by default that of the ground, 0 or where the vehicle takes off or lands, unless
+        a stop is lower.
     """
 
     stops: tuple[Stop, ...]
@@ -180,6 +183,7 @@ class Course:
     land_speed: float | None = None
     tracking: Any = None
     wind: float | None = None
+    floor: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
@@ -207,6 +211,8 @@ class Course:
                         f"{name} is {speed:g}, and {name.removesuffix('_speed')} is not planned: give both"
                     )
         self._check_ends()
+        if self.floor is not None:
+            check_number("floor", self.floor, -MOST_DEEP, MOST_DEEP, "give a height [m]", WaypointError)
         check_degree(self.degree)
         if self.boxes is None and len(self.stops) < 2:
             raise WaypointError(f"a course has at least 2 waypoints or gates, not {len(self.stops)}")
@@ -252,9 +258,20 @@ class Course:
 
     @property
     def walls(self) -> list[Constraint]:
-        """Boxes and tube."""
-        boxes: list[Constraint] = [] if self.boxes is None else [self.boxes]
-        return boxes if self.tube is None else [*boxes, Tube(np.array(self.tube))]
+        """Boxes, tube and floor."""
+        walls: list[Constraint] = [] if self.boxes is None else [self.boxes]
+        walls += [] if self.tube is None else [Tube(np.array(self.tube))]
+        above = Room((-inf, -inf, -inf if self.floor is None else self.floor), (inf, inf, inf))
+        return walls if self.floor is None else [*walls, above]
+
+    @property
+    def ground(self) -> float | None:
+        """Height of the ground where no floor is said [m]: no stop is below it; None where that is not known."""
+        if self.floor is not None or self.boxes is not None or self.centers.shape[1] != 3:
+            return None
+        said = [float(end[2]) for end in (self.takeoff, self.land) if not isinstance(end, bool)]
+        ground = min(said, default=0.0)
+        return ground if self.centers[:, 2].min() > ground else None
 
     @property
     def request(self) -> PlanRequest:
@@ -417,6 +434,7 @@ COURSE = mapping(
         "margin": Key(NUMBER, "of all gates [m]"),
         **{name: Key(NUMBER, f"of all gates: {key.text}") for name, key in FRAMED.items()},
         "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
+        "floor": Key(NUMBER, "least height of the path [m], by default that of the ground, unless a stop is lower"),
         "yaw": request_yaml.PLAIN["yaw"],
         "vehicle": Key(DESCRIBED),
         "best": Key(ANY, "a remark"),

@@ -21,7 +21,7 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.named_constraints import widths_of
 from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.durations.time_stretch import nearby_factor, touching_factor
-from minsnap.errors import SolverError, WaypointError, YawError
+from minsnap.errors import InfeasibleError, SolverError, WaypointError, YawError
 from minsnap.files.plan_file import PassedStop
 from minsnap.limits.compliance import keeps, largest_use, most_used
 from minsnap.limits.heading_cost import fixed_yaw_notes
@@ -238,11 +238,25 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     course = course.changed(**{name: planning.pop(name) for name in own if name in planning})
 
     def planned(course: Course) -> Mission:
+        return _above_ground(course, _headed_as_asked)
+
+    def _headed_as_asked(course: Course) -> Mission:
         return _freely_headed(course, planning) if is_free(course.yaw) else _planned(course, planning)
 
     if course.tracking is None and not course.wind:
         return planned(course)
     return _kept_by_the_vehicle(course, planned)
+
+
+def _above_ground(course: Course, planned: Callable[[Course], Mission]) -> Mission:
+    """Plan a course; with a floor where it would go below the ground without one, if there is such a plan."""
+    mission, ground = planned(course), course.ground
+    if ground is None or mission.trajectory.extent(np.eye(3)[2])[0] >= ground - EXACT:
+        return mission
+    try:
+        return planned(course.changed(floor=ground))
+    except (InfeasibleError, SolverError):
+        return mission
 
 
 def _kept_by_the_vehicle(course: Course, planned: Callable[[Course], Mission]) -> Mission:

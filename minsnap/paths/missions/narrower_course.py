@@ -24,7 +24,8 @@ def narrower_course(course: Course, distance: float) -> Course:
     tube = None if course.tube is None else float(np.max(Tube(course.tube - distance).half_width))
     avoid = tuple(part for each in course.obstacles for part in larger(each, distance))
     stops = tuple(_narrower_stop(stop, distance) for stop in course.stops)
-    return course.changed(boxes=boxes, tube=tube, avoid=avoid, stops=stops)
+    floor = None if course.floor is None else course.floor + distance
+    return course.changed(boxes=boxes, tube=tube, avoid=avoid, stops=stops, floor=floor)
 
 
 def _narrower_stop(stop: Stop, distance: float) -> Stop:

@@ -244,3 +244,34 @@ def test_a_list_of_angles_counts_the_whole_flight_and_is_the_course_s_own():
     assert mission.trajectory.yaw(mission.trajectory.leg_breaks) == pytest.approx([0.0, 0.5, 1.0])
     with pytest.raises(YawError, match="3 angles: give one, or 5, one for each waypoint of the whole flight"):
         plan_mission(course.changed(takeoff=True, land=True))
+
+
+DIVING = tuple(map(Stop, [(0, 0, 0.3), (3, 0, 2.0), (6, 0, 0.15), (9, 0, 2.5), (9, 3, 0.3)]))
+
+
+FAST = Limits(speed=5.0, acceleration=10.0, jerk=200.0)
+
+
+@pytest.mark.parametrize(
+    "how", [{"closed": True, "laps": 2}, {"laps": 2, "takeoff": True, "land": True, "limits": FAST}]
+)
+def test_a_course_stays_above_the_ground_where_its_stops_are(how):
+    """Between low stops it went below, with a note; plans through waypoints did not."""
+    course = Course(DIVING, **how)
+    deep = plan_mission(course.changed(floor=-5.0)).trajectory.extent((0, 0, 1))[0]
+    mission = plan_mission(course)
+    lowest = mission.trajectory(np.linspace(0.0, mission.duration, 20_001))[:, 2].min()
+    assert deep < -0.01 and lowest >= -1e-9 and not any("goes down to" in note for note in mission.notes)
+    higher = plan_mission(course.changed(floor=0.1))
+    flown = [part for part in higher.parts if part.name not in ("take-off", "landing")]
+    times = np.linspace(flown[0].start, flown[-1].start + flown[-1].duration, 20_001)
+    assert higher.trajectory(times)[:, 2].min() >= 0.1 - 1e-9
+
+
+def test_the_ground_is_where_the_vehicle_lands_and_no_stop_is_below_it():
+    assert Course(DIVING).ground == 0.0 and Course(DIVING, floor=0.1).ground is None
+    assert Course(DIVING, takeoff=(0, 0, -2.0)).ground == -2.0
+    assert Course((*DIVING, Stop((9, 9, -1.0)))).ground is None
+    assert Course(tuple(Stop(stop.center[:2]) for stop in DIVING)).ground is None
+    with pytest.raises(WaypointError, match="floor is .*: give a height"):
+        Course(DIVING, floor="low")
