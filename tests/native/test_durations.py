@@ -188,6 +188,18 @@ def test_once_the_work_is_done_the_best_so_far_is_returned():
     assert len(ended.history) == 1 and whole.history[:, 1].min() < ended.history[0, 1]
 
 
+@pytest.mark.parametrize("seed", (1, 3, 5))
+def test_a_leg_that_weighs_more_than_all_others_keeps_its_size(seed):
+    """A last leg of 5 cm took half of the first cost, and the search made it longer than all others together."""
+    step = np.random.default_rng(seed).normal(size=(2000, 3))
+    step[-2:] *= np.array([[0.83], [0.05]]) / np.linalg.norm(step[-2:], axis=1, keepdims=True)
+    points, lengths = np.cumsum(np.vstack((np.zeros(3), step)), axis=0), np.linalg.norm(step, axis=1)
+    split = native.best_split(points, 2000.0 * lengths / lengths.sum(), 4, None, {})
+    slopes = gradient(points, split.durations, 4)[0]
+    assert np.abs(split.durations * (slopes - np.median(slopes))).max() <= 1e-4 * split.history[-1, 1]
+    assert split.durations.max() < 10.0
+
+
 def test_every_status_of_a_split():
     points, durations = random_legs(0)
     still = np.repeat(points[:1], len(points), axis=0)

@@ -97,6 +97,16 @@ def test_durations_decades_apart_are_solved_as_exact_rationals_do(half, decades)
         assert (found[:, 0] == points[:-1]).all() and (found[:, -1] == points[1:]).all()
 
 
+@pytest.mark.parametrize(("half", "ratio"), [(3, 1e6), (4, 1e4), (5, 50.0), (6, 9.0)])
+def test_durations_that_change_slowly_are_solved_in_doubles_as_the_python_core_does(half, ratio):
+    """Legs that are far from each other do not share what a knot leaves open, however far apart their durations are."""
+    rng, legs = np.random.default_rng(half), 48
+    points, durations = rng.normal(size=(legs + 1, 3)), ratio ** np.abs(np.linspace(-1.0, 1.0, legs))
+    found, expected = resting_optimum(points, durations, half), in_python(points, durations, half)
+    error = np.abs(found - expected).max(axis=(1, 2)) / np.abs(expected).max(axis=(1, 2))
+    assert error.max() <= 1e-9
+
+
 def test_four_decades_alternating_are_exact_at_waypoints():
     points = np.cumsum(np.random.default_rng(1).normal(size=(12, 3)), axis=0)
     durations = np.where(np.arange(11) % 2, 100.0, 0.01)

@@ -15,6 +15,7 @@ struct Stopping {
     double slope = 1e-7;    // largest entry of the gradient that counts as zero
     double gain = 1e-10;    // fall of the function that counts as none
     double farthest = 9.2;  // largest entry that the arguments may have
+    double step = 1.0;      // largest entry of a change of the arguments: few of them may weigh far more than all others
     int evaluations = 2000;
 };
 
@@ -101,7 +102,8 @@ private:
     template <class Function>
     bool search(const Stopping &stopping, double slope, double value, double &found, Function &evaluate) {
         if (!(slope < 0.0)) return false;
-        double length = 1.0;
+        const double farthest = largest(direction_.data());
+        double length = farthest > stopping.step ? stopping.step / farthest : 1.0;
         for (int turn = 0; turn < 24 && evaluations_ < stopping.evaluations; ++turn) {
             for (int i = 0; i < size_; ++i) trial_[i] = x_[i] + length * direction_[i];
             ++evaluations_;

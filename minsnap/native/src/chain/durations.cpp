@@ -52,13 +52,16 @@ void sum_legs(Integer legs, int dim, const double *durations, double time, Ends 
 // Optimal cost of a chain without walls, and its slopes.
 class FreeCost {
 public:
-    FreeCost(const ChainProblem &chain, int half, bool closed) : chain_(chain), half_(half), closed_(closed) {}
+    FreeCost(const ChainProblem &chain, int half, bool closed) : chain_(chain), half_(half), closed_(closed) {
+        // Stiffness that is lost at one place counts less among many legs.
+        if (half > 2 && chain.legs > near_legs) multiple_ = exponential(logarithm(double(chain.legs) / near_legs) / (2 * half - 5));
+    }
 
     // slopes (legs,): T dJ/dT of every leg; forces (legs, dim): dJ/dd for its displacement, or null.
     Status evaluate(const double *durations, double &cost, double *slopes, double *forces) {
         chain_.durations = durations;
         Spread spread;
-        Status status = check_chain(chain_, half_, spread);
+        Status status = check_chain(chain_, half_, spread, multiple_);
         if (status != Status::done) return status;
         for (Integer leg = 0; leg < chain_.legs; ++leg) slopes[leg] = 0.0;
         cost = 0.0;
@@ -147,6 +150,7 @@ private:
     ChainProblem chain_;
     int half_;
     bool closed_;
+    double multiple_ = 1.0;  // of the ratio of durations that doubles resolve
     Buffer<double> room_;
 };
 

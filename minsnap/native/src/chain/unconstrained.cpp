@@ -35,6 +35,20 @@ bool well_pinned(const ChainProblem &chain, int half) {
     return true;
 }
 
+// The largest ratio of durations of legs near each other, across the seam of a lap too.
+double ratio_nearby(const ChainProblem &chain) {
+    double ratio = 1.0;
+    for (std::int64_t i = 0; i < chain.legs; ++i) {
+        double least = chain.durations[i], most = least;
+        for (std::int64_t j = 1; j < near_legs; ++j) {
+            const double other = chain.durations[(i + j) % chain.legs];
+            least = std::min(least, other), most = std::max(most, other);
+        }
+        ratio = std::max(ratio, most / least);
+    }
+    return ratio;
+}
+
 }  // namespace
 
 Status read_chain(const ChainRecord &given, Pins &pins, ChainProblem &chain) {
@@ -51,7 +65,7 @@ Status read_chain(const ChainRecord &given, Pins &pins, ChainProblem &chain) {
     return Status::done;
 }
 
-Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
+Status check_chain(const ChainProblem &chain, int half, Spread &spread, double multiple) {
     if (!well_sized(chain, half)) return Status::bad_size;
     double least = chain.durations[0], most = least;
     bool positive = true;
@@ -68,7 +82,8 @@ Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
     if (!well_pinned(chain, half)) return Status::bad_number;
     if (least < shortest_duration || most > longest_duration) return Status::unsupported;
     if (most > resolved_twice[half] * least) return Status::unsupported;
-    spread = most > resolved[half] * least ? Spread::wide : Spread::narrow;
+    const double ratio = multiple * resolved[half];
+    spread = most > ratio * least && ratio_nearby(chain) > ratio ? Spread::wide : Spread::narrow;
     return Status::done;
 }
 

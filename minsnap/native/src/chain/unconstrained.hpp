@@ -17,6 +17,8 @@ enum class Spread { narrow, wide };
 // By k: the ratio r of durations up to which doubles, and up to which double-doubles, give the optimum to about 1e-10 of
 // its size.  Between long legs a short one leaves polynomials of degree k - 1 that vanish at its ends to the long legs,
 // whose stiffness is less than its own by r^(2k - 5); so 16 digits more allow a ratio larger by 10^(16 / (2k - 5)).
+// It is that of legs near each other: what happens at a knot fades by a half from leg to leg.
+constexpr std::int64_t near_legs = 8;
 constexpr double resolved[7] = {0, 0, std::numeric_limits<double>::infinity(), 1e4, 100.0, 10.0, 3.0};
 constexpr double resolved_twice[7] = {0, 0, std::numeric_limits<double>::infinity(), 1e20, 1e7, 5e3, 100.0};
 
@@ -28,8 +30,9 @@ using Pins = Buffer<Pin>;
 // The chain that a caller gives, with its pins in their own room; bad_size before anything is read.
 Status read_chain(const ChainRecord &given, Pins &pins, ChainProblem &chain);
 
-// Whether a chain is well formed and can be solved here; durations are those of all its legs.
-Status check_chain(const ChainProblem &chain, int half, Spread &spread);
+// Whether a chain is well formed and can be solved here; durations are those of all its legs. The ratio that doubles resolve may be a multiple of the
+// usual one, where less is asked of them.
+Status check_chain(const ChainProblem &chain, int half, Spread &spread, double multiple = 1.0);
 
 // Whether a leg ends where it begins: a hold, which pins have to keep at rest.
 bool has_hold(const ChainProblem &chain);
