@@ -82,7 +82,7 @@ def figures(root: Path) -> dict[str, str]:
         "rooms": f"{len(rooms)}",
         "files of Python": f"{len(texts)}",
         "lines of code, Python and C++": f"{sum(rows.values())} and {sum(map(len, native))}",
-        "lines of a file, median and most": f"{median(rows.values()):.0f} and {max(rows.values())}",
+        "lines of code in a file, median and most": f"{median(rows.values()):.0f} and {max(rows.values())}",
         "lines of a body, median, 95 % and most": f"{median(bodies):.0f}, {longest[0]:.0f}, {longest[1]}",
         "constants of modules that are numbers": f"{len(constants)}",
         "widest function": f"{widest.name}, {len(widest.args.args) + len(widest.args.kwonlyargs)}",

@@ -256,6 +256,16 @@ def test_pages_name_what_users_import():
     assert inner == []
 
 
+@pytest.mark.parametrize("page", ["README.md", "docs/which_command.rst"])
+def test_the_table_of_jobs_names_every_command(page):
+    """But ``experiment``, which is deprecated."""
+    from minsnap.cli.app import COMMANDS
+
+    table = (ROOT / page).read_text(encoding="utf-8").partition("Which command for which job")[2].partition("\n## ")[0]
+    named = {words.removeprefix("minsnap ").partition(" ")[0] for words in re.findall(r"``?([^`]+)``?", table)}
+    assert set(COMMANDS) - named == {"experiment"}
+
+
 def test_files_and_constants_that_pages_and_docstrings_name_are_there():
     known = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split()
     texts = [ROOT / name for name in known if name.endswith((".py", ".rst", ".md", ".hpp", ".cpp"))]

@@ -1,4 +1,4 @@
-"""Limits of a vehicle on the derivatives of its path, kept at every instant; the table of them is in ``kinds``."""
+"""Limits of a vehicle on derivatives of its path, kept at every instant; ``basics/limit_kinds.py`` is their table."""
 
 from __future__ import annotations
 

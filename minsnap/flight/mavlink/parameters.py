@@ -260,7 +260,7 @@ def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 
     InputError
         If the drag is below 0 or not finite.
     LinkError
-        If the autopilot is another, or has neither a speed nor a tilt.
+        If the autopilot is another, or lacks its greatest speed or its tilt.
     """
     check_number("the drag", drag, 0.0, math.inf, "it must be 0 or more", unit="1/s")
     if autopilot not in PARAMETERS:
