@@ -312,7 +312,8 @@ def _smaller(trajectory: Trajectory) -> str:
 
 def _fewer(trajectory: Trajectory) -> str:
     """Name the plan of fewer pieces, where legs have several."""
-    said = f"plan it with one polynomial a leg (pieces=1, --pieces 1), which makes {trajectory.legs}, or "
+    said = f"plan it with one polynomial a leg (pieces=1, --pieces 1), which makes {trajectory.legs}, more around "
+    said += "obstacles, or fewer laps, or "
     return said if trajectory.pieces > 1 else ""
 
 

@@ -1,8 +1,12 @@
 """The node, by its topics and services: plans, refusals, changes in flight, setpoints of PX4."""
 
+import re
+from pathlib import Path as Pathname
+
 import numpy as np
 import pytest
 import rclpy
+import yaml
 from geometry_msgs.msg import PoseStamped
 from minsnap_ros import planner_node
 from minsnap_ros.messages import px4_topic
@@ -121,6 +125,41 @@ def test_a_course_is_flown_as_its_file_says_and_else_as_the_parameters_do(starte
     answer = node.plan_course(Trigger.Request(), Trigger.Response())
     assert not answer.success and "course.yaml" in answer.message
     assert np.array_equal(node.flown.trajectory.control_points, expected.control_points)
+
+
+README = Pathname(__file__).parents[1] / "README.md"
+
+
+def filled(kind, fields):
+    """Return a message with fields of a mapping, as the command line of ROS 2 makes it."""
+    message = kind()
+    for name, value in fields.items():
+        field = getattr(message, name)
+        if isinstance(value, dict):
+            setattr(message, name, filled(type(field), value))
+        elif isinstance(value, list):
+            setattr(message, name, [filled(PoseStamped, each) for each in value])
+        else:
+            assert type(value) is type(field), (name, value)
+            setattr(message, name, value)
+    return message
+
+
+def test_the_first_plan_of_the_page_is_flown_as_it_says(started, tmp_path):
+    text = README.read_text(encoding="utf-8")
+    said = dict(re.findall(r"ros2 (?:topic pub --once|service call) (/planner/\w+) \S+ '(.*)'\n", text))
+    rows = re.search(r"printf '(.*)' > course.csv", text)[1].replace("\\n", "\n")
+    (tmp_path / "course.csv").write_text(rows, encoding="utf-8")
+    node = started(course=str(tmp_path / "course.csv"), corridor=0.3, budget=1.0)
+    assert node.flown.trajectory(node.flown.trajectory.duration) == pytest.approx([0.0, 3.0, 1.0])
+    node.take_waypoints(filled(Path, yaml.safe_load(said["/planner/waypoints"])))
+    assert node.flown.trajectory.legs == 2
+    request = filled(GetPlan.Request, yaml.safe_load(said["/planner/replan"]))
+    answer = node.replan(request, GetPlan.Response())
+    assert vector(answer.plan.poses[-1].pose.position) == pytest.approx([8.0, 5.0, 2.0])
+    explored = filled(PoseStamped, yaml.safe_load(said["/planner/explore"]))
+    assert vector(explored.pose.position) == [24.0, 0.0, 1.5]
+    assert node.plan_course(Trigger.Request(), Trigger.Response()).success
 
 
 def test_a_change_in_flight_takes_over_where_the_plan_will_be(started):

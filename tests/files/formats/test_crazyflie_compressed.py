@@ -84,7 +84,9 @@ def test_legs_of_several_pieces_are_told_how_many_one_a_leg_makes():
     """A course of ten laps fitted until legs had several pieces unless told otherwise."""
     divided = minsnap.plan(np.random.default_rng(1).uniform(-3.0, 3.0, (40, 3)), np.full(39, 2.0), pieces=3)
     for write in (compressed, lambda path: write_crazyflie(path, "never.csv")):
-        with pytest.raises(FileError, match=r"117 pieces .* \(pieces=1, --pieces 1\), which makes 39, or fly"):
+        with pytest.raises(
+            FileError, match=r"117 pieces .* \(pieces=1, --pieces 1\), which makes 39, more around obstacles, or fewer"
+        ):
             write(divided)
 
 
