@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import minsnap
 import minsnap.flight
-from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.atomic import make_folder, write_file
 from minsnap.cli import options
 from minsnap.cli.app import command, tell
 from minsnap.cli.options import vehicle_of
@@ -222,7 +222,7 @@ def upload(
     """
     from minsnap.cli.flight_commands import check_apart
     from minsnap.flight import swarm_upload
-    from minsnap.shows.crazyswarm_folder import ROBOTS, WAYS, read_robots, ways_text
+    from minsnap.shows.crazyswarm_folder import ROBOTS, flown_files, read_robots
     from minsnap.shows.fleet_files import read_acts
 
     fleet, acts = minsnap.shows.read_fleet(folder), read_acts(folder)
@@ -234,7 +234,9 @@ def upload(
     if dry_run or prove:
         approach = _say_ways(fleet, robots)
         if prove:
-            write_file(folder / WAYS, ways_text(fleet, [robot.name for robot in robots], approach))
+            for name, text in flown_files(fleet, [robot.name for robot in robots], approach, acts).items():
+                make_folder((folder / name).parent)
+                write_file(folder / name, text)
         return 0
     if start:
         check_apart(fleet)
@@ -247,7 +249,7 @@ def _say_contents(fleet: minsnap.Fleet, uris: list[str], robots: str, acts: Sequ
     """Say what would be written into which memory, and how all would be started."""
     from minsnap.flight import swarm_upload
     from minsnap.flight.high_level import planned_ways
-    from minsnap.flight.memory_parts import COMPRESSED
+    from minsnap.shows.memory_parts import COMPRESSED
 
     names = uris or list(map(fleet.name, range(len(fleet))))
     parts = swarm_upload.uploads(fleet, names, acts)

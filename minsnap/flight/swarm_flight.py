@@ -30,7 +30,7 @@ from minsnap.fleet import (
 from minsnap.flight.crazyflie_log import FleetWatch
 from minsnap.flight.crtp_link import CrtpLink, act_on_each
 from minsnap.flight.high_level import GO_TO, LAND, TAKE_OFF, Volleys, command, start_group
-from minsnap.flight.memory_parts import MemoryPart, Upload
+from minsnap.shows.memory_parts import MemoryPart, Upload
 
 Place = tuple[float, float]
 """Where a vehicle stands: x and y [m]."""

@@ -11,8 +11,8 @@ from minsnap.errors import FileError, FleetError, FlightError
 from minsnap.fleet import Fleet
 from minsnap.flight.crtp_link import CrtpLink, act_on_each, ask, open_link
 from minsnap.flight.high_level import GROUP, command
-from minsnap.flight.memory_parts import MemoryPart, Upload, parts_of
 from minsnap.flight.swarm_flight import FlightTimes, Place, Say, fly_swarm
+from minsnap.shows.memory_parts import MemoryPart, Upload, parts_of
 
 MEMORY_PORT, INFO, READ, WRITE = 4, 0, 1, 2
 TRAJECTORIES = 0x12

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.errors import FileError
-from minsnap.files.formats import MAX_PIECES
+from minsnap.files.formats import MAX_PIECES, crazyflie
 from minsnap.fleet import (
     GOES,
     LANDS,
@@ -23,11 +24,13 @@ from minsnap.fleet import (
     approach_of,
     find_standing_places,
 )
+from minsnap.shows.memory_parts import PIECE, MemoryPart, curves_of, parts_of
+from minsnap.trajectory import Trajectory
 
 MOST_ADDRESSES = 255
 """Vehicles that an address can tell apart."""
 
-ROBOTS, SCRIPT, WAYS = "crazyflies.yaml", "fly.py", "ways.yaml"
+ROBOTS, SCRIPT, WAYS, PARTS = "crazyflies.yaml", "fly.py", "ways.yaml", "parts"
 MARK = "minsnap ways"
 
 CALLS = {TAKES_OFF: "takeoff", GOES: "goTo", LANDS: "land"}
@@ -37,11 +40,18 @@ ASIDE = 1e-9
 """A vehicle stands beside its start if it is further from it than this, seen from above [m]."""
 
 
-def refuse_long(pieces: int, what: str = "") -> None:
-    """Raise FileError if so many pieces of one vehicle do not fit its memory; ``what`` is planned of them, in words."""
-    if pieces > MAX_PIECES:
-        text = f"{pieces} pieces{what} do not fit the Crazyflie's memory of {MAX_PIECES}"
-        raise FileError(f"{text}: write it --to csv, which minsnap upload flies in parts")
+def refuse_long(flights: Sequence[tuple[str, Sequence[Trajectory]]]) -> None:
+    """Raise FileError if flights that follow each other, each with its name, do not fit a memory together."""
+    counts = [np.array([_moving_pieces(curve) for curve in curves] or [0]) for _, curves in flights]
+    most = int(np.max(sum(np.broadcast_arrays(*counts)))) if counts else 0
+    if most > MAX_PIECES:
+        names = " and ".join(repr(name) for name, _ in flights)
+        text = f"the flight to {names} takes {most} pieces, and a Crazyflie's memory holds {MAX_PIECES} at once"
+        raise FileError(f"{text}: write it --to csv, which minsnap upload flies in the compressed form too")
+
+
+def _moving_pieces(curve: Trajectory) -> int:
+    return int(np.ptp(curve.control_points, axis=1).any(axis=1).sum())
 
 
 def refuse_many(vehicles: int) -> None:
@@ -102,16 +112,23 @@ def places_of(fleet: Fleet, robots: list[Robot]) -> FloatArray:
     return places
 
 
-def crazyswarm_files(fleet: Fleet) -> tuple[dict[str, str], tuple[str, ...]]:
+def crazyswarm_files(fleet: Fleet, acts: Sequence[tuple[str, float]] = ()) -> tuple[dict[str, str], tuple[str, ...]]:
     """Return the files beside ``traj0.csv``, ``traj1.csv``, ... and what is to be said of them.
 
-    They are ``crazyflies.yaml`` (fileversion 3), ``fly.py``, and ``ways.yaml``, the ways that it flies. A vehicle
+    They are ``crazyflies.yaml`` (fileversion 3), ``fly.py``, and ``ways.yaml``, the ways that it flies; in ``parts``
+    those of each trajectory that are flown from rest to rest, where it does not fit a memory. A vehicle
     stands below the start of its trajectory, or beside another that stands there.
+
+    Parameters
+    ----------
+    fleet : Fleet
+    acts : sequence of (str, float)
+        Names, and when they are reached [s].
 
     Raises
     ------
     FileError
-        If there are more vehicles than addresses.
+        If there are more vehicles than addresses, or two flights one after the other do not fit a memory.
     FleetError
         If no ways to the starts and to the ground are proved apart.
     """
@@ -129,13 +146,40 @@ def crazyswarm_files(fleet: Fleet) -> tuple[dict[str, str], tuple[str, ...]]:
     templates = Path(__file__).with_name("crazyswarm2")
     script, described = ((templates / f"{name}.txt").read_text(encoding="utf-8") for name in (SCRIPT, ROBOTS))
     names = [f"cf{number + 1}" for number in range(len(fleet))]
-    files = {ROBOTS: described.format(robots=robots), SCRIPT: script, WAYS: ways_text(fleet, names, approach)}
+    files = {ROBOTS: described.format(robots=robots), SCRIPT: script, **flown_files(fleet, names, approach, acts)}
     which = ", ".join(f"cf{number + 1}" for number in aside)
     stand = f"others stand below the starts of {which}: stand all where {ROBOTS} says"
     return files, (*([stand] if len(aside) else []), *approach.sentences(fleet))
 
 
-def ways_text(fleet: Fleet, names: list[str], approach: FleetApproach) -> str:
+def flown_files(
+    fleet: Fleet, names: list[str], approach: FleetApproach, acts: Sequence[tuple[str, float]] = ()
+) -> dict[str, str]:
+    """Return what the script flies: ``ways.yaml``, and the trajectories of parts where there are several."""
+    parts = parts_of(fleet, acts, plain=True)
+    files = {WAYS: ways_text(fleet, names, approach, parts)}
+    for number, part in enumerate(parts if len(parts) > 1 else []):
+        texts = (crazyflie.crazyflie_text(curve, MAX_PIECES) for curve in curves_of(fleet, part))
+        files |= {_file_of(number, i): text for i, text in enumerate(texts)}
+    return files
+
+
+def _file_of(part: int, vehicle: int) -> str:
+    return f"{PARTS}/{part}_traj{vehicle}.csv"
+
+
+def _told_parts(parts: Sequence[MemoryPart]) -> list[dict[str, Any]]:
+    """Return what the script uploads and starts: at which piece of each memory a part lies, and when it begins."""
+    alone, told = len(parts) == 1, []
+    for number, part in enumerate(parts):
+        files = [f"traj{i}.csv" if alone else _file_of(number, i) for i in range(len(part.uploads))]
+        first = [each.offset // PIECE for each in part.uploads]
+        times = {"begins": part.begins, "ends": part.ends}
+        told.append({**times, "number": part.slot - 1, "files": files, "first_pieces": first})
+    return told
+
+
+def ways_text(fleet: Fleet, names: list[str], approach: FleetApproach, parts: Sequence[MemoryPart]) -> str:
     """Return the content of ``ways.yaml``: what the script tells the vehicles of these names, stage after stage."""
     yaws = np.array([curve.yaw(np.array([0.0, curve.duration])) for curve in fleet]).T.tolist()
     times, near = WayTimes(), approach.nearest
@@ -149,6 +193,7 @@ def ways_text(fleet: Fleet, names: list[str], approach: FleetApproach) -> str:
         "places": approach.places.tolist(),
         "there": [_told(stage, names, yaws[0]) for stage in approach.there],
         "duration": fleet.duration,
+        "parts": _told_parts(parts),
         "back": [_told(stage, names, yaws[1]) for stage in approach.back],
         "settle": times.settle,
         "descent": times.lasting(times.landing, highest, times.sink),

@@ -21,7 +21,7 @@ from minsnap.errors import FileError
 from minsnap.files import frame_for, read_any
 from minsnap.files.formats import YawSetpoints, as_cubic_segments, crazyflie, skybrush, through
 from minsnap.fleet import Fleet, Separation
-from minsnap.shows.crazyswarm_folder import crazyswarm_files, refuse_long
+from minsnap.shows.crazyswarm_folder import crazyswarm_files
 from minsnap.shows.csv_show import by_numbers, read_frames
 from minsnap.shows.returns import Returns
 from minsnap.shows.site import ShowOrigin
@@ -36,8 +36,8 @@ Maker = Callable[[Trajectory, Lamp, bytes], tuple[str | bytes, float]]
 """Returns the content of a vehicle's file, of its trajectory, lights and returns, and its proved distance to it [m]."""
 
 
-def _make_csv(most: int | None) -> Maker:
-    return lambda curve, lamp, returns: (crazyflie.crazyflie_text(curve, most), 0.0)
+def _make_csv(curve: Trajectory, lamp: Lamp, returns: bytes) -> tuple[str, float]:
+    return crazyflie.crazyflie_text(curve, None), 0.0
 
 
 def _make_skyb(curve: Trajectory, lamp: Lamp, returns: bytes) -> tuple[bytes, float]:
@@ -50,8 +50,8 @@ def _make_traj(curve: Trajectory, lamp: Lamp, returns: bytes) -> tuple[bytes, fl
 
 
 FOLDERS: dict[str, tuple[str, Maker]] = {
-    "csv": (".csv", _make_csv(None)),
-    "crazyswarm2": (".csv", _make_csv(crazyflie.MAX_PIECES)),
+    "csv": (".csv", _make_csv),
+    "crazyswarm2": (".csv", _make_csv),
     "skyb": (".skyb", _make_skyb),
     "traj": (".traj", _make_traj),
 }
@@ -141,15 +141,15 @@ def write_fleet(
         lost = write_skyc(fleet, path, lights, sheet=sheet, returns=returns, clobber=clobber)
         return WrittenFleet(kind, (Path(path),), lost)
     (ending, make), folder, lamps = FOLDERS[kind], Path(path), lamps_of(fleet, lights)
-    if kind == "crazyswarm2":
-        refuse_long(max(len(curve.durations) for curve in fleet))
     blocks = [b"" if returns is None else returns.block(i) for i in range(len(fleet))]
     made = [make(*each) for each in zip(fleet, lamps, blocks, strict=True)]  # all of them before anything is written
     files = {folder / f"traj{i}{ending}": content for i, (content, _) in enumerate(made)}
-    beside, notes = crazyswarm_files(fleet) if kind == "crazyswarm2" else ({}, ())
+    acts = [] if sheet is None else [(name, at) for at, name in sheet.cues]
+    beside, notes = crazyswarm_files(fleet, acts) if kind == "crazyswarm2" else ({}, ())
     further: dict[Path, str | bytes] = {folder / name: content for name, content in beside.items()}
     manifest = folder / MANIFEST
-    make_folder(folder)
+    for place in {folder, *(file.parent for file in further)}:
+        make_folder(place)
     for file in (manifest, *files, *further):
         check_destination(file, clobber=clobber)
     former = _unchanged(folder, ending)
@@ -169,7 +169,7 @@ def _unchanged(folder: Path, ending: str) -> set[Path]:
         former = content["vehicles"] if content["format"] == MARK else []
         rows = [row for row in former if row["file"].endswith(ending)] + content.get("further", [])
         named = [(folder / row["file"], row["sha256"]) for row in rows]
-        return {file for file, digest in named if file.parent == folder and digest_of(file) == digest}
+        return {file for file, digest in named if folder in file.parents and digest_of(file) == digest}
     except (FileError, OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return set()
 
@@ -182,6 +182,7 @@ def _manifest(
     sheet: ShowSheet | None,
 ) -> str:
     """Return the manifest of files with these contents: those of the vehicles, and those beside them."""
+    folder = next(iter(files)).parent
     origin, acts = (None, ()) if sheet is None else (sheet.origin, sheet.cues)
     vehicles: list[dict[str, Any]] = [
         {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": _sha256(content)}
@@ -191,7 +192,9 @@ def _manifest(
         for row, place in zip(vehicles, origin.geodetic(fleet(0.0)).tolist(), strict=True):
             row["home"] = {"latitude": place[0], "longitude": place[1]}
             row["home"] |= {} if origin.altitude is None else {"altitude": place[2]}
-    beside = [{"file": file.name, "sha256": _sha256(content)} for file, content in further.items()]
+    beside = [
+        {"file": file.relative_to(folder).as_posix(), "sha256": _sha256(content)} for file, content in further.items()
+    ]
     separation = None if fleet.separation is None else fleet.separation.plain
     content: dict[str, Any] = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
     content |= {} if origin is None else {"origin": vars(origin)}

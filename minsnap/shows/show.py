@@ -138,11 +138,9 @@ def fly(
         if isinstance(act, Groups):
             refuse_near_ends(act, moves, show)
     course = ShowCourse(show, kept, progress, told, show.home, to)
-    course.refuse_long(show.acts)
     course.climb("take-off")
     flown: list[tuple[PlayedAct, int]] = []
-    for number, act in enumerate(show.acts):
-        course.refuse_long(show.acts[number:])
+    for act in show.acts:
         first = len(course.flights)
         if isinstance(act, Groups):
             flown += [(own, first) for own in fly_groups(course, act, moves, reserves, progress)]
@@ -154,7 +152,6 @@ def fly(
             curves = of_vehicles(moved, order, course.now, reserves, show.separation, act.name)
             course.add(f"{act.name} moves", curves, "move")
         flown.append((PlayedAct(act, order), first))
-    course.refuse_long(())
     if show.return_home:
         order = _return(show, course.now, progress)
         course.fly("return", show.above[order])

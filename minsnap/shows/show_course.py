@@ -25,7 +25,7 @@ from minsnap.corridors import Room
 from minsnap.errors import FileError, MinsnapError, TimingError, UnprovedError
 from minsnap.fleet import Fleet, Separation, certify_fleet, least_times, plan_fleet
 from minsnap.limits import Limits
-from minsnap.shows.acts import Act, Groups, Show
+from minsnap.shows.acts import Show
 from minsnap.shows.climb_turns import backwards
 from minsnap.shows.crazyswarm_folder import refuse_long
 from minsnap.shows.file_limits import ROUNDED_KINDS, SLOWING, played, stretches
@@ -306,16 +306,6 @@ class ShowCourse:
             factor *= more
         return factor
 
-    def refuse_long(self, acts: Sequence[Act | Groups]) -> None:
-        """Refuse too many pieces for crazyswarm2: those that are planned, and the least for these acts and landing."""
-        if self.to != "crazyswarm2":
-            return
-        counts = [max((len(curve.durations) for curve in flight.curves), default=0) for flight in self.flights]
-        planned = sum(counts) + sum(flight.hold > 0.0 for flight in self.flights)
-        held = sum(map(_least_pieces, acts)) + 2 * (self.show.take_off > 0.0)
-        last = f", of which {planned} are planned up to {self.flights[-1].name}," if self.flights else ", at least,"
-        refuse_long(planned + held, last)
-
     def _room(self, now: FloatArray, goals: FloatArray) -> Room:
         """Return the room of a flight: nobody goes around another below its lowest point and the end of the climb."""
         lower, upper = self.show.room or (np.full(3, -np.inf), np.full(3, np.inf))
@@ -356,6 +346,8 @@ class ShowCourse:
         """Fly and hold; without curves all stay where they are."""
         self.now = np.stack([curve.control_points[-1, -1] for curve in curves]) if curves else self.now
         self.flights.append(PlannedFlight(name, curves, method, hold, given, tuple(inner), least))
+        if self.to == "crazyswarm2":
+            refuse_long([(flight.name, flight.curves) for flight in self.flights[-2:] if not flight.inner])
         self.stretched.append(self.slowing(curves) if given == UNTIMED and self._clocked else 1.0)
         self.tell(f"{name}: {self.flights[-1].duration:.2f} s ({method})")
 
@@ -404,13 +396,6 @@ class ShowCourse:
                 more_time = f"{100.0 * (factor - 1.0):.1f} %"
                 self.tell(f"{flight.name}: slowed by {more_time}, so that the files keep the limits")
         return curves, stages
-
-
-def _least_pieces(act: Act | Groups) -> int:
-    """Return how many pieces what follows on the flight to an act takes at least."""
-    if isinstance(act, Groups):
-        return max(sum(map(_least_pieces, group.acts)) for group in act.groups)
-    return (act.hold > 0.0) + len(act.moves)
 
 
 def too_short(name: str, given: GivenTime, lasts: float, needed: float, grouped: bool = False) -> UnprovedError:

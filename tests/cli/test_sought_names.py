@@ -119,7 +119,7 @@ def test_a_cuboid_by_two_corners_and_a_gate_with_another_spelling(call, tmp_path
 def test_polynomials_that_jump_say_where(call, tmp_path):
     torn = minsnap.Trajectory(np.array([[[0, 0, 1], [1, 0, 1]], [[1.3, 0, 1], [2, 0, 1]]], dtype=float), [1.0, 1.0])
     from minsnap.files.formats.crazyflie import write_crazyflie
-    from minsnap.flight.memory_parts import upload_of
+    from minsnap.shows.memory_parts import upload_of
 
     write_crazyflie(torn, tmp_path / "torn.csv")
     done = call("check", "torn.csv")

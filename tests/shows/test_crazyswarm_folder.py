@@ -1,9 +1,11 @@
 """``fly.py`` of a crazyswarm2 folder, flown by the firmware's planner on a clock of its own: ways, places, a watch."""
 
 import math
+import re
 import runpy
 import struct
 import sys
+from functools import reduce
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,32 +15,42 @@ from crazyflie_planner import DEFINE, GO_TO, LAND, START, TAKE_OFF, Planner, lea
 
 import minsnap
 from minsnap.cli.app import main
-from minsnap.errors import FleetError
+from minsnap.errors import FileError, FleetError
 from minsnap.fleet.approach import approach_of
 from minsnap.fleet.standing_places import find_standing_places
-from minsnap.flight.memory_parts import upload_of
 from minsnap.shows.fleet_files import read_fleet, write_fleet
+from minsnap.shows.memory_parts import parts_of
+from minsnap.shows.skyc import ShowSheet
 
 SEPARATION = minsnap.Separation(0.3, downwash=2.0)
 LIMITS = minsnap.Limits(speed=1.0, acceleration=2.0)
+WRITING = 0.05
+"""Time that a memory takes to be written [s]."""
 
 
 class Robot:
     """crazyflie_py's view of a vehicle, which flies what it is told."""
 
-    def __init__(self, now, place, curve):
-        self.now, self.initialPosition = now, np.array(place, dtype=float)
+    def __init__(self, now, place, pass_time=lambda seconds: None):
+        self.now, self.initialPosition, self.pass_time = now, np.array(place, dtype=float), pass_time
         self.planner, self.calls, self.quiet_from = Planner(place), [], math.inf
-        held = upload_of(curve)
-        self.planner.memory = held.content
-        self.planner.take(struct.pack("<BBBBIB", DEFINE, 1, 1, held.kind, 0, held.pieces), 0.0)
+        self.planner.memory, self.flies, self.written = bytearray(4096), None, []
 
     def told(self, name, body):
         self.calls.append((name, self.now()))
         assert self.planner.take(body, self.now()) == 0, name
 
     def uploadTrajectory(self, number, offset, trajectory):  # noqa: N802 - crazyswarm2's names
-        assert (number, offset) == (0, 0)
+        """Write pieces where crazyswarm2's server in C++ does, never over those that are flown."""
+        content = np.roll(trajectory.rows.astype("<f4"), -1, axis=1).tobytes()
+        begins, ends = 132 * offset, 132 * offset + len(content)
+        assert ends <= 4096 and number != self.flies
+        _, _, flown, count = self.planner.defined.get(self.flies, (0, 0, 0, 0))
+        assert ends <= flown or flown + 132 * count <= begins, "it lies where none is flown"
+        self.planner.memory[begins:ends] = content
+        self.planner.take(struct.pack("<BBBBIB", DEFINE, number, 1, 0, begins, len(trajectory.rows)), self.now())
+        self.written.append((number, self.now()))
+        self.pass_time(WRITING)
 
     def takeoff(self, targetHeight, duration):  # noqa: N803
         self.told("takeoff", struct.pack("<BBff?f", TAKE_OFF, 0, targetHeight, 0.0, True, duration))
@@ -49,8 +61,9 @@ class Robot:
     def land(self, targetHeight, duration):  # noqa: N803
         self.told("land", struct.pack("<BBff?f", LAND, 0, targetHeight, 0.0, True, duration))
 
-    def start(self):
-        self.told("start", struct.pack("<BBBBBBf", START, 1, 0, 0, 0, 1, 1.0))
+    def start(self, number):
+        self.flies = number
+        self.told("start", struct.pack("<BBBBBBf", START, 1, 0, 0, 0, number, 1.0))
 
     def get_status(self):
         at = min(self.now(), self.quiet_from)
@@ -58,27 +71,35 @@ class Robot:
                 "battery": 4.0}  # fmt: skip
 
 
-def flown_by_script(folder, monkeypatch, quiet=None):
+class File:
+    """crazyflie_py's trajectory: the rows of a file."""
+
+    def loadcsv(self, name):
+        self.rows = np.loadtxt(name, delimiter=",", skiprows=1, usecols=range(33), ndmin=2)
+
+
+def flown_by_script(folder, monkeypatch, quiet=None, service="Arm"):
     """Fly ``fly.py`` of a folder from the places in its file; return the robots."""
-    clock, fleet = [0.0], read_fleet(folder)
-    described = yaml.safe_load((folder / "crazyflies.yaml").read_text())["robots"]
-    rows = zip(described.items(), fleet, strict=True)
-    robots = {name: Robot(lambda: clock[0], row["initial_position"], curve) for (name, row), curve in rows}
-    if quiet is not None:
-        robots[quiet].quiet_from = 10.0
+    clock = [0.0]
 
     def sleep(seconds):
         clock[0] += seconds
 
+    described = yaml.safe_load((folder / "crazyflies.yaml").read_text())["robots"]
+    robots = {name: Robot(lambda: clock[0], row["initial_position"], sleep) for name, row in described.items()}
+    if quiet is not None:
+        robots[quiet].quiet_from = 10.0
+
     everyone = SimpleNamespace(
         crazyfliesByName=robots,
-        startTrajectory=lambda number, relative: [robot.start() for robot in robots.values()],
+        get_service_names_and_types=lambda: [("/cf1/x", [f"crazyflie_interfaces/srv/{service}"])],
+        startTrajectory=lambda number, relative: [robot.start(number) for robot in robots.values()],
         land=lambda **how: [robot.land(**how) for robot in robots.values()],
     )
     swarm = SimpleNamespace(timeHelper=SimpleNamespace(sleep=sleep, time=lambda: clock[0]), allcfs=everyone)
     modules = {
         "crazyflie_py": SimpleNamespace(Crazyswarm=lambda: swarm),
-        "crazyflie_py.uav_trajectory": SimpleNamespace(Trajectory=lambda: SimpleNamespace(loadcsv=str)),
+        "crazyflie_py.uav_trajectory": SimpleNamespace(Trajectory=File),
     }
     for name, module in modules.items():
         monkeypatch.setitem(sys.modules, name, module)
@@ -117,6 +138,72 @@ def test_starts_above_each_other_have_places_of_their_own_and_are_apart_all_the_
     for robot in robots:
         assert robot.planner(math.inf)[:2] == pytest.approx(robot.initialPosition[:2], abs=1e-5), "it returned"
         assert names(robot).count("land") == 1
+
+
+def of_acts(acts, hold=0.5, pieces=7):
+    """Three vehicles that rest together between flights of so many pieces."""
+
+    def whole(vehicle):
+        flights = []
+        for act in range(acts):
+            ends = [(vehicle, 1.5 * ((act + i) % 2), 1.0 + 0.2 * (act + i)) for i in range(2)]
+            flights += [minsnap.plan(ends, [4.0], pieces=pieces), minsnap.plan([ends[1]] * 2, [hold])]
+        return reduce(lambda one, two: one.then(two), flights[:-1])
+
+    return minsnap.Fleet(tuple(whole(i) for i in range(3)), None, SEPARATION)
+
+
+@pytest.mark.slow
+def test_a_show_that_no_memory_holds_is_flown_in_parts(tmp_path, monkeypatch, capsys):
+    """It was refused: 51 of 31 pieces."""
+    fleet = of_acts(8)
+    write_fleet(fleet, tmp_path, "crazyswarm2")
+    parts = yaml.safe_load((tmp_path / "ways.yaml").read_text())["parts"]
+    assert len(parts) >= 3 and all(0 <= first < 31 for part in parts for first in part["first_pieces"])
+    robots, said = flown_by_script(tmp_path, monkeypatch)
+    assert said == "" and "late" not in capsys.readouterr().out
+    assert least_distance([robot.planner for robot in robots], 2.0) > 0.3
+    for robot, curve in zip(robots, fleet, strict=True):
+        starts = [t for name, t in robot.calls if name == "start"]
+        assert len(starts) == len(parts) == len(robot.written)
+        assert np.diff(starts) == pytest.approx(np.diff([part["begins"] for part in parts]), abs=1e-6)
+        for t in np.linspace(0.0, curve.duration, 211):
+            assert robot.planner(starts[0] + t) == pytest.approx(curve(t), abs=2e-4)
+        assert [at for _, at in robot.written[2:]] == pytest.approx(starts[1:-1], abs=0.2), "while another is flown"
+    t = np.linspace(0.0, fleet.duration, 99)
+    assert read_fleet(tmp_path)(t) == pytest.approx(fleet(t), abs=1e-9), "those of parts are no vehicles"
+    write_fleet(of_acts(1), tmp_path, "crazyswarm2")
+    assert not list((tmp_path / "parts").iterdir()), "those of the former fleet are gone"
+
+
+def test_a_server_that_writes_all_at_the_beginning_flies_no_parts(tmp_path, monkeypatch):
+    """It says no word of pieces that do not lie where they are to; its vehicles would fly what lies there."""
+    write_fleet(of_acts(8), tmp_path / "long", "crazyswarm2")
+    robots, said = flown_by_script(tmp_path / "long", monkeypatch, service="AddLogging")
+    assert "nothing moved. Start crazyswarm2 with backend:=cpp" in said
+    assert not any(robot.calls or robot.written for robot in robots)
+    write_fleet(of_acts(1), tmp_path / "short", "crazyswarm2")
+    robots, said = flown_by_script(tmp_path / "short", monkeypatch, service="AddLogging")
+    assert said == "" and all("start" in names(robot) for robot in robots)
+
+
+def test_a_part_that_is_written_late_begins_late_and_says_so(tmp_path, monkeypatch, capsys):
+    fleet = of_acts(8)
+    write_fleet(fleet, tmp_path, "crazyswarm2")
+    monkeypatch.setattr(f"{__name__}.WRITING", 4.0)
+    robots, said = flown_by_script(tmp_path, monkeypatch)
+    assert said == "" and re.search(r"part 3 begins \d+\.\d s late", capsys.readouterr().out)
+    for robot, curve in zip(robots, fleet, strict=True):
+        assert robot.planner(robot.calls[-1][1] - 1e-3) == pytest.approx(curve(curve.duration), abs=1e-4)
+
+
+def test_flights_that_do_not_fit_a_memory_together_are_refused_by_name(tmp_path):
+    fleet = of_acts(2, pieces=17)
+    sheet = ShowSheet(cues=((4.0, "up"), (8.5, "down")))
+    with pytest.raises(FileError, match="the flight to 'up' .* two flights one after the other share 4096: divide"):
+        write_fleet(fleet, tmp_path / "new", "crazyswarm2", sheet=sheet)
+    assert not (tmp_path / "new").exists()
+    assert len(parts_of(fleet)) == 1, "in the compressed form all of it does"
 
 
 @pytest.mark.slow

@@ -129,7 +129,8 @@ def test_the_command_certifies_what_it_wrote(show_file, tmp_path, capsys, to):
     held = minsnap.certify_fleet(held, minsnap.Separation(0.8, 2.0))
     assert held.ok and f"{held.least_distance:.4f} m" in printed and "apart at every instant" in printed
     html = page.read_text()
-    assert f"{held.least_distance:.4f} m at {held.instant:.2f} s" in html and html.count("<svg") == 1
+    assert f"{held.least_distance:.4f} m at {held.instant:.2f} s" in html
+    assert html.count("<svg") == (3 if to == "skyc" else 1), "lights and acts are drawn where files hold them"
     assert "Apart at every instant" in html and len(re.findall(r"[0-9a-f]{64}", html)) >= 1
     assert "-0.00" not in re.sub(r"<svg.*</svg>", "", html, flags=re.DOTALL)
     if to == "skyc":
@@ -150,24 +151,16 @@ def test_fleets_are_drawn_by_the_command_line(show_file, tmp_path, capsys, monke
     assert "show.avi does not end in .gif" in capsys.readouterr().err and not (tmp_path / "more").exists()
 
 
-@pytest.mark.slow
-def test_a_show_too_long_for_the_vehicles_says_what_fits(show_file, tmp_path, capsys):
-    ring = "  - {formation: {circle: {radius: 3, height: 5}}, turn: 0, hold: 1}\n"
-    show_file.write_text(SHOW + "".join(ring.replace("turn: 0", f"turn: {30 * (i % 2)}") for i in range(30)))
-    assert run("fleet", show_file, "-o", tmp_path / "out", "--to", "crazyswarm2") == 2
-    said = capsys.readouterr().err
-    assert re.search(r"\d+ pieces, at least, do not fit the Crazyflie's memory of 31: write it --to csv, ", said)
-    assert not (tmp_path / "out").exists() and len(said.splitlines()) == 1, "before anything was planned"
-
-
-def test_a_show_too_long_is_refused_before_the_flight_that_is_too_much(show_file, tmp_path, capsys):
+def test_flights_too_long_for_the_vehicles_are_refused_before_what_follows_is_planned(show_file, tmp_path, capsys):
     """All was planned first, and the advice named no option of the command."""
-    acts = "".join(f"  - {{formation: {{circle: {{radius: {3 + i % 2}, height: 5}}}}, hold: 1}}\n" for i in range(12))
-    show_file.write_text(SHOW + acts)
+    way = ", ".join(f"[{i % 2}, {0.5 * (i % 3)}, 0]" for i in range(1, 24))
+    moves = f"moves: [{{along: [[0, 0, 0], {way}]}}, {{along: [[0, 0, 0], {way}]}}]"
+    show_file.write_text(SHOW.replace("hold: 1.5", f"hold: 1.5, {moves}"))
     assert run("fleet", show_file, "-o", tmp_path / "out", "--to", "crazyswarm2") == 2
     told = capsys.readouterr().err.splitlines()
-    assert re.search(r"\d+ pieces, of which \d+ are planned up to act \d+, do not fit", told[-1]), told[-1]
-    assert len(told) < 12 and not any(line.startswith("landing") for line in told)
+    said = r"the flight to 'ring moves' and 'ring moves' takes \d+ pieces, and a Crazyflie's memory holds 31 at once: "
+    assert re.search(f"{said}write it --to csv, which minsnap upload flies", told[-1]), told[-1]
+    assert not any(line.startswith(("minsnap: wheel", "minsnap: landing")) for line in told)
 
 
 def test_figures_show_every_vehicle_and_what_was_proved(show_file):

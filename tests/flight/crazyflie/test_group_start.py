@@ -11,9 +11,9 @@ import minsnap
 from minsnap.errors import FlightError, LinkError
 from minsnap.flight.crtp_link import channel_of, open_link
 from minsnap.flight.high_level import Volleys, planned_ways, start_group
-from minsnap.flight.memory_parts import upload_of
 from minsnap.flight.swarm_flight import FlightTimes
 from minsnap.flight.swarm_upload import upload
+from minsnap.shows.memory_parts import upload_of
 
 VOLLEYS = Volleys(hearing=0.5)
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, VOLLEYS, climb=inf, travel=inf, sink=inf)

@@ -14,10 +14,10 @@ from minsnap.cli.app import main
 from minsnap.errors import FileError
 from minsnap.files.formats import curve_of_bytes, curve_of_rows
 from minsnap.flight import crtp_link
-from minsnap.flight.memory_parts import ALIGNED, COMPRESSED, MEMORY, parts_of
 from minsnap.flight.swarm_flight import FlightTimes
 from minsnap.flight.swarm_upload import upload
 from minsnap.shows.fleet_files import read_acts, read_fleet, write_fleet
+from minsnap.shows.memory_parts import ALIGNED, COMPRESSED, MEMORY, parts_of
 from minsnap.shows.skyc import ShowSheet
 
 QUICK = FlightTimes(0.15, 0.15, 0.15, 0.05, climb=math.inf, travel=math.inf, sink=math.inf)

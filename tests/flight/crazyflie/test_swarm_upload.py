@@ -16,10 +16,10 @@ from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import compressed
 from minsnap.flight import crtp_link, swarm_flight
 from minsnap.flight.high_level import LAND, GroupStart
-from minsnap.flight.memory_parts import parts_of, upload_of
 from minsnap.flight.swarm_flight import FlightTimes
 from minsnap.flight.swarm_upload import upload, uploads
 from minsnap.shows.fleet_files import write_fleet
+from minsnap.shows.memory_parts import parts_of, upload_of
 
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, climb=math.inf, travel=math.inf, sink=math.inf)
 BESIDE = (1.0, 0.0, 0.0)

@@ -14,7 +14,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError
-from minsnap.files.formats import MAX_PIECES, compressed, crazyflie_rows, curve_of_bytes, curve_of_rows, distance_bounds
+from minsnap.files.formats import compressed, crazyflie_rows, curve_of_bytes, curve_of_rows, distance_bounds
 from minsnap.fleet import Fleet
 from minsnap.trajectory import Trajectory, widest_step
 
@@ -23,8 +23,8 @@ MEMORY = 4096
 
 POLYNOMIALS, COMPRESSED = 0, 1
 
-ALIGNED = 4
-"""Bytes on a multiple of which a trajectory begins."""
+ALIGNED, PIECE = 4, 132
+"""Bytes on a multiple of which a trajectory begins, and those of one piece of polynomials."""
 
 STILL = (1e-3, 0.05)
 """Speed and acceleration up to which a vehicle rests [m/s, m/s^2]."""
@@ -81,17 +81,24 @@ class MemoryPart:
         return self.uploads[0].slot
 
 
-def upload_of(trajectory: Trajectory, farthest: float = 0.01, room: int = MEMORY) -> Upload:
+def upload_of(trajectory: Trajectory, farthest: float = 0.01, room: int = MEMORY, *, plain: bool = False) -> Upload:
     """Return the bytes of a trajectory: polynomials if they fit into so many bytes, else the compressed form.
 
     Raises
     ------
     FileError
-        If neither fits, or what is held is further than ``farthest`` [m] from the trajectory; says by how much.
+        If neither fits, or polynomials do not where ``plain`` allows these alone, or what is held is further than
+        ``farthest`` [m] from the trajectory; says by how much.
     """
-    if max(len(trajectory.durations), 2) <= min(MAX_PIECES, room // 132):
+    pieces, most = max(len(trajectory.durations), 2), room // PIECE
+    if plain and pieces > most:
+        text = f"{pieces} pieces do not fit the Crazyflie's memory of {most} from rest to rest"
+        raise FileError(
+            f"{text}: divide them by a hold, or write it --to csv, which minsnap upload flies compressed too"
+        )
+    if pieces <= most:
         with np.errstate(over="ignore"):
-            rows = crazyflie_rows(trajectory).astype("<f4")
+            rows = crazyflie_rows(trajectory, most).astype("<f4")
         held = curve_of_rows(rows.astype(np.float64))
         content, kind = np.roll(rows, -1, axis=1).tobytes(), POLYNOMIALS
     else:
@@ -109,7 +116,7 @@ def upload_of(trajectory: Trajectory, farthest: float = 0.01, room: int = MEMORY
     return Upload(content, kind, len(held.durations), distance)
 
 
-def parts_of(fleet: Fleet, acts: Sequence[tuple[str, float]] = ()) -> list[MemoryPart]:
+def parts_of(fleet: Fleet, acts: Sequence[tuple[str, float]] = (), *, plain: bool = False) -> list[MemoryPart]:
     """Return the parts in which a fleet lies in its vehicles' memories: one where each fits as a whole.
 
     Parameters
@@ -117,6 +124,8 @@ def parts_of(fleet: Fleet, acts: Sequence[tuple[str, float]] = ()) -> list[Memor
     fleet : Fleet
     acts : sequence of (str, float)
         Names of acts, and when they are reached [s], for what is said of one that does not fit.
+    plain : bool
+        Polynomials alone: the compressed form is not known to what writes them.
 
     Raises
     ------
@@ -124,12 +133,18 @@ def parts_of(fleet: Fleet, acts: Sequence[tuple[str, float]] = ()) -> list[Memor
         If a flight between two rests of all does not fit beside the next one; says which vehicle, and which act.
     """
     try:
-        return [MemoryPart(0.0, fleet.duration, tuple(upload_of(curve) for curve in fleet))]
+        return [MemoryPart(0.0, fleet.duration, tuple(upload_of(curve, plain=plain) for curve in fleet))]
     except FileError:
         flights = _flights(fleet)
         if len(flights) < 2:
             raise
-    return _laid_out(_joined(fleet, flights, acts))
+    return _laid_out(_joined(fleet, flights, acts, plain), PIECE if plain else ALIGNED)
+
+
+def curves_of(fleet: Fleet, part: MemoryPart) -> list[Trajectory]:
+    """Return the curves of a part of a fleet."""
+    whole = part.ends - part.begins >= fleet.duration
+    return list(fleet) if whole else [_between(curve, part.begins, part.ends) for curve in fleet]
 
 
 def _flights(fleet: Fleet) -> list[tuple[float, float]]:
@@ -154,7 +169,9 @@ def _at_rest(fleet: Fleet, instants: FloatArray) -> np.ndarray:
     return np.asarray((most[0] <= STILL[0]) & (most[1] <= STILL[1]))
 
 
-def _joined(fleet: Fleet, flights: list[tuple[float, float]], acts: Sequence[tuple[str, float]]) -> list[MemoryPart]:
+def _joined(
+    fleet: Fleet, flights: list[tuple[float, float]], acts: Sequence[tuple[str, float]], plain: bool
+) -> list[MemoryPart]:
     """Return as few parts as half a memory holds as polynomials: one flight, or some with the rests between them."""
     parts: list[MemoryPart] = []
     for begins, ends in flights:
@@ -164,7 +181,7 @@ def _joined(fleet: Fleet, flights: list[tuple[float, float]], acts: Sequence[tup
                 parts[-1] = with_it
                 continue
         try:
-            parts.append(_part(fleet, begins, ends))
+            parts.append(_part(fleet, begins, ends, MEMORY if plain else MEMORY // 2, plain=plain))
         except FileError as error:
             raise FileError(f"the flight{_reached(begins, ends, acts)}: {error}") from None
     for one, two in zip(parts[:-1], parts[1:], strict=True):
@@ -187,9 +204,9 @@ def _reached(begins: float, ends: float, acts: Sequence[tuple[str, float]]) -> s
     return f"{' to ' if names else ''}{' and '.join(names)} from {begins:.2f} to {ends:.2f} s"
 
 
-def _part(fleet: Fleet, begins: float, ends: float) -> MemoryPart:
-    """Return what is flown between two instants, polynomials where they take half a memory at most."""
-    uploads = (upload_of(_between(curve, begins, ends), room=MEMORY // 2) for curve in fleet)
+def _part(fleet: Fleet, begins: float, ends: float, room: int = MEMORY // 2, *, plain: bool = False) -> MemoryPart:
+    """Return what is flown between two instants, polynomials where they take so many bytes at most."""
+    uploads = (upload_of(_between(curve, begins, ends), room=room, plain=plain) for curve in fleet)
     return MemoryPart(begins, ends, tuple(uploads))
 
 
@@ -210,11 +227,11 @@ def _between(curve: Trajectory, begins: float, ends: float) -> Trajectory:
     return Trajectory(points[first], np.add.reduceat(durations, first))
 
 
-def _laid_out(parts: list[MemoryPart]) -> list[MemoryPart]:
+def _laid_out(parts: list[MemoryPart], aligned: int) -> list[MemoryPart]:
     """Return the parts with numbers and places: even ones at the beginning, odd ones at the end of each memory."""
     laid = []
     for number, part in enumerate(parts):
-        places = [(MEMORY - len(each.content)) // ALIGNED * ALIGNED * (number % 2) for each in part.uploads]
+        places = [(MEMORY - len(each.content)) // aligned * aligned * (number % 2) for each in part.uploads]
         own = zip(part.uploads, places, strict=True)
         laid.append(replace(part, uploads=tuple(replace(each, slot=1 + number % 2, offset=at) for each, at in own)))
     return laid
