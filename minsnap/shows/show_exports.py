@@ -136,7 +136,7 @@ def _kmz(fleet: Fleet, lights: Sequence[Lamp] | None, sheet: ShowSheet | None) -
         lit = colours[i][colours[i].any(axis=1)]
         red, green, blue = np.round(lit.mean(axis=0) if len(lit) else np.full(3, 255.0)).astype(int).tolist()
         style = f"<Style><IconStyle><color>ff{blue:02x}{green:02x}{red:02x}</color><scale>0.5</scale></IconStyle>"
-        style += "<LineStyle><width>0</width></LineStyle><LabelStyle><scale>0</scale></LabelStyle></Style>"
+        style += "<LabelStyle><scale>0</scale></LabelStyle><LineStyle><width>0</width></LineStyle></Style>"
         coords = "".join(f"<gx:coord>{lon:.8f} {lat:.8f} {up:.3f}</gx:coord>" for lat, lon, up in geodetic[i].tolist())
         track = f"<gx:Track><altitudeMode>{heights}</altitudeMode>{whens}{coords}</gx:Track>"
         tracks.append(f"<Placemark><name>{escape(fleet.name(i))}</name>{style}{track}</Placemark>")

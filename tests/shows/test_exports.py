@@ -93,6 +93,8 @@ def test_google_earth_has_a_track_of_each_vehicle_at_its_place(tmp_path, fleet, 
     with zipfile.ZipFile(tmp_path / "show.kmz") as archive:
         root = ElementTree.fromstring(archive.read("doc.kml"))
     space = {"k": "http://www.opengis.net/kml/2.2", "gx": "http://www.google.com/kml/ext/2.2"}
+    for styles in root.iterfind(".//k:Style", space):  # KML 2.2 has them in this order, and readers that check it
+        assert [each.tag.partition("}")[2] for each in styles] == ["IconStyle", "LabelStyle", "LineStyle"]
     assert [mark.find("k:name", space).text for mark in root.iter(f"{{{space['k']}}}Placemark")] == ["a", "b<", "c"]
     for i, track in enumerate(root.iter(f"{{{space['gx']}}}Track")):
         coords = np.array([list(map(float, each.text.split())) for each in track.findall("gx:coord", space)])
