@@ -14,7 +14,7 @@ from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LATE, LateError
 from minsnap.durations.initial_guess import priced_first_guess
 from minsnap.durations.least_cost import cheapest_durations, distance_split
-from minsnap.durations.outcome import PlanOutcome, if_possible, outcome_of, quickest
+from minsnap.durations.outcome import End, PlanOutcome, if_possible, outcome_of, quickest
 from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, too_short
 from minsnap.durations.timing import Run, Timed, Timing, solved_or_explained, timed
 from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError, UnprovedError
@@ -87,7 +87,8 @@ def _tried(task: Task, timing: Timing) -> PlanOutcome:
 def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
     """Return a plan; of a refusal what stands in its place.
 
-    1. The time is over: what is proved at no cost is said, although the work is spent.
+    1. The time is over: rest at every waypoint, where that is shorter; without a plan what is proved at no cost is
+       said, although the work is spent.
     2. A proof by walls that are sufficient for a limit, but not necessary, is none: plan by those that are.
     3. The shorter one of a plan in other times, where the request leaves a choice, and of rest at every waypoint; of
        what stands in for a search without an end, too.
@@ -95,6 +96,8 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
     """
     if isinstance(outcome.reason, UnlimitedError):
         return PlanOutcome(reason=LimitError(str(outcome.reason)))
+    if outcome.end is End.SPENT:
+        outcome = _or_rest(outcome, task, timing)
     if isinstance(outcome.reason, LateError):
         short = None if task.deadline.late else too_short(task, timing)
         return outcome if short is None else PlanOutcome(reason=short)
@@ -107,17 +110,31 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
     again = by_necessary_walls(task, timing, refused)
     if isinstance(again, Timed):
         return _seen(again, task, timing)
-    from minsnap.durations.within_limits import at_rest_everywhere
-
     other = in_other_times(task, timing, again)
     if isinstance(other, InfeasibleError):
         return PlanOutcome(reason=other)
-    longer = quickest((other, at_rest_everywhere(task, timing)))
+    longer = quickest((other, _at_rest(task, timing)))
     if longer is not None:
         return _seen(replace(longer, stands_in=True), task, timing)
     if isinstance(again, SolverError) and timing.in_time(task).deadline.late:
         return PlanOutcome(reason=LateError(LATE))
     return PlanOutcome(reason=explained_by_times(again, task, timing))
+
+
+def _at_rest(task: Task, timing: Timing) -> Timed | None:
+    from minsnap.durations.within_limits import at_rest_everywhere
+
+    return at_rest_everywhere(task, timing)
+
+
+def _or_rest(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
+    """Return what a search that was ended found, or rest at every waypoint, with which what is still was compared."""
+    planned = outcome.planned
+    rest = None if planned is not None and task.still else _at_rest(task, timing)
+    if rest is None:
+        return outcome
+    steps = () if planned is None else planned.steps
+    return outcome.or_quicker(_seen(replace(rest, interrupted=True, stands_in=True, steps=steps), task, timing))
 
 
 def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:

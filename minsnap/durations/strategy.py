@@ -246,9 +246,9 @@ class Strategy:
             found = found.then(self._spare(found))
         solved = found.solved
         slow = solved is None or solved.flown.duration > self.times.sum()
-        ended = self.interrupted or not self.timing.shortest
         # Where the search had its time and ended by itself, rest at every waypoint is no better than what it found.
-        if slow and ended and self.task.still and not found.hopeless:
+        rests = self.interrupted or (slow and not self.timing.shortest)
+        if rests and self.task.still and not found.hopeless:
             solved = shorter(solved, self.resting)
         if solved is not None:
             planned = timed(solved, Run(tuple(self.watched.log.steps), self.interrupted))
@@ -474,7 +474,7 @@ class Strategy:
     def _spare(self, found: Attempt) -> Attempt:
         """Certify the shortest curve that any search came by on its way, if it is shorter than what is found."""
         curve, best = self.watched.spare, found.solved
-        if curve is None or not self._known:  # what a search does not know, it does not keep inside
+        if curve is None or not (self._known or self.interrupted):  # what a search does not know, it does not keep
             return NOTHING
         if best is not None and best.flown.duration <= (1.0 + SETTINGS.slower_share) * curve.durations.sum():
             return NOTHING

@@ -9,17 +9,19 @@ from functools import partial
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, significant
+from minsnap.basics.deadline import Deadline
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.longer_times import RESERVES
 from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.shortest_question import guess_of
+from minsnap.durations.stopping import Stopping
 from minsnap.durations.strategy import Strategy, balanced_price
 from minsnap.durations.time_scaling import flown_fastest, scaled_plan
 from minsnap.durations.time_stretch import grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, attempted, found_in, solved_or_explained, timed
-from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
+from minsnap.durations.ways import EndConnectors, end_on_limit, from_end, shortest_from, shortest_of_starts
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
@@ -77,11 +79,20 @@ def shortest_plan(task: Task, timing: Timing) -> PlanOutcome:
 
 
 def at_rest_everywhere(task: Task, timing: Timing) -> Timed | None:
-    """Return the plan that rests at every waypoint, in place of a shortest one; None without one."""
-    if not (timing.shortest and task.still):
+    """Return the plan that rests at every waypoint, in place of a shortest one; None without one.
+
+    What moves at the start is brought to rest in the first leg before, and goes on from there.
+    """
+    if not timing.shortest or not (task.still or (task.moving == {0} and not task.closed)):
         return None
-    rest = if_possible(lambda: Strategy(task, timing).resting)
-    return None if rest is None else timed(rest)
+    ways, task = EndConnectors(task), replace(task, deadline=Deadline(), explained=False)
+    if not task.still:
+        stop = Stopping(replace(task, finish=lambda curve: curve), timing.bounds).braking()
+        if stop is None or len(stop.durations) > 1:
+            return None
+        ways = EndConnectors(from_end(task, stop), stop)
+    rest = if_possible(lambda: Strategy(ways.task, timing).resting)
+    return None if rest is None else ways.around(PlanOutcome(timed(rest)), timing.bounds).planned
 
 
 def _searchable(task: Task, limits: Limits) -> bool:

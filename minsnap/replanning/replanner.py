@@ -25,6 +25,7 @@ from minsnap.corridors.keep_out import Avoided, as_obstacles
 from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.corridors.tubes import as_constraints
+from minsnap.durations.stopping import Stopping
 from minsnap.errors import CorridorError, InfeasibleError, InputError, LimitError, SolverError, TimingError
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
@@ -35,7 +36,6 @@ from minsnap.replanning import course_ahead, horizon
 from minsnap.replanning.horizon import Aim, Better, Near, NotShorterError
 from minsnap.replanning.memory import UNCHANGED, Change, Memory, Takes, due_of, leg_start_of
 from minsnap.replanning.splice import Splice, braked, ends_at_rest, has_angles, splice_of, spliced, through_angles
-from minsnap.replanning.stopping import Stopping
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 

@@ -371,6 +371,14 @@ def test_a_search_within_rotors_that_is_ended_is_better_the_longer_it_lasts(seed
     assert max(ended[3:]) < 0.8 * rest
 
 
+@pytest.mark.parametrize(("seed", "asked"), [(2, {"corridor": 0.4}), (2, {"pieces": 3}), (0, {"corridor": 0.4})])
+def test_a_search_that_is_ended_is_better_the_longer_it_lasts(seed, asked):
+    """A curve outside its tube was dropped for one of long before: 9.92 s after 12 steps, and 7.31 after 8."""
+    limits, points = Limits(speed=4.0, acceleration=8.0), route(seed, 5)
+    times = np.array([ended_after(steps, points, limits=limits, **asked) for steps in (1, 2, 3, 5, 8, 12, 20, 40)])
+    assert (times[1:] <= 1.0005 * np.minimum.accumulate(times)[:-1]).all()
+
+
 def test_a_search_that_is_ended_before_its_yaw_is_slow_enough_says_so():
     """Its path was flown in the proportions of another plan, and no report told that it had been ended."""
     asked = {"limits": Limits(speed=3.0, acceleration=6.0, yaw_rate=0.3), "yaw": (0.0, 0.7, 1.5, 2.2, 3.0)}

@@ -13,6 +13,7 @@ from minsnap import Boxes, Limits, Replanner
 from minsnap.basics import deadline
 from minsnap.basics.deadline import Deadline, LateError
 from minsnap.durations.recovery import connect_start, pinned_state
+from minsnap.durations.stopping import Stopping
 from minsnap.errors import InputError, SolverError, TimingError
 from minsnap.native.library import core
 from minsnap.replanning import replanner as replanner_module
@@ -20,7 +21,6 @@ from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.horizon import Aim, NotShorterError, search_ahead
 from minsnap.replanning.memory import ANSWERS, MARGIN, SKIPS, Takes
 from minsnap.replanning.splice import splice_of
-from minsnap.replanning.stopping import Stopping
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float)
 LIMITS = Limits(speed=3.0, acceleration=6.0)

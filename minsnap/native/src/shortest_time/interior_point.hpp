@@ -405,6 +405,7 @@ private:
 
     // Keep the curve if it is inside, or as little slower, or nearer to the last one of as many pieces, as it must be. What is tried next is lost.
     void keep() {
+        if (!chain.course.moving && objective.price == 0.0) return keep_slowed();
         if (anchor_.pieces != chain.pieces) anchor_.pieces = 0;
         const double total = chain.total(), before = anchor_.pieces > 0 ? anchor_.total() : Settings::slowest * total, share = rows.share;
         if (total >= Settings::shorter * before) return;
@@ -421,6 +422,18 @@ private:
         rows.ease(share);
         failed_ = found ? 0 : std::min(failed_ + 1, Settings::longest_wait);
         wait_ = failed_;
+    }
+
+    // The same where slower flight mends all limits, which are exceeded by little: a curve inside the walls, about as much slower as that takes.
+    void keep_slowed() {
+        const double before = inside.pieces > 0 ? inside.total() : Settings::slowest * chain.total();
+        if (chain.total() >= Settings::shorter * before) return;
+        double wall, limit;
+        excess_of(chain, states_, value_.data(), 0.0, wall, limit);
+        const double factor = 1.0 + std::max(limit, 0.0);
+        if (wall > 0.0 || factor > Settings::slowest || factor * chain.total() >= Settings::shorter * before) return;
+        inside.copy(chain);
+        inside.slow(factor);
     }
 
     // Whether the curve is inside when slowed by a factor; taken if so.
@@ -453,7 +466,6 @@ private:
     bool is_inside(const Chain<S> &at, const PieceState<S> *states, const double *value) const {
         for (int j = 0; j < rows.count; ++j)
             if (value[j] - rows.margin[j] > -Settings::well_inside) return false;
-        if (!at.course.moving) return true;  // slower flight mends what is between the samples
         double wall, limit;
         excess_of(at, states, value, 0.0, wall, limit);
         return wall <= 0.0 && limit <= 0.0;

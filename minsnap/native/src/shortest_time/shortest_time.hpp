@@ -229,7 +229,8 @@ private:
         point_.excess(request_.inwards, wall, limit);
         Chain<S> &chain = point_.chain, &inside = point_.inside;
         const bool scales = request_.moving == 0, kept = wall <= Settings::leak && (scales || limit <= Settings::leak);
-        if (inside.pieces > 0 && !(kept && (scales || chain.total() <= inside.total()))) chain.copy(inside);
+        const double total = chain.total() * (scales ? 1.0 + std::max(limit, 0.0) : 1.0);
+        if (inside.pieces > 0 && !(kept && (total <= inside.total() || request_.price > 0.0))) chain.copy(inside);
         write(answer);
         return Status::spent;
     }

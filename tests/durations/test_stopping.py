@@ -8,9 +8,9 @@ import pytest
 import minsnap
 from minsnap import Boxes, Limits, RoundTube, Tube
 from minsnap.basics.deadline import Deadline, LateError
+from minsnap.durations.stopping import Stopping
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.splice import splice_of
-from minsnap.replanning.stopping import Stopping
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
 LOWER, UPPER = np.minimum(POINTS[:-1], POINTS[1:]) - 0.5, np.maximum(POINTS[:-1], POINTS[1:]) + 0.5

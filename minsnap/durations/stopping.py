@@ -18,11 +18,10 @@ from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.durations.recovery import piece_demands, pinned_state, state_use, typical
 from minsnap.durations.single_piece import SinglePiece, conditions_of
-from minsnap.limits.compliance import kept_from
+from minsnap.limits.compliance import keeps, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.native.stops import ProvedStop, StopFamily
 from minsnap.optimisation.task import Task
-from minsnap.replanning.horizon import within
 from minsnap.trajectory.trajectory import Trajectory, made
 
 
@@ -133,7 +132,7 @@ class Stopping:
 
 def back_within(curve: Trajectory, limits: Limits | None) -> bool:
     """Whether a curve keeps all limits, or comes back to them where it starts outside of one."""
-    if limits is None or within(curve, limits):
+    if limits is None or keeps(limits, curve):
         return True
     state = curve.states(0.0, 4)
     return state_use(state, limits) > 1.0 - STOPS.on_limit and kept_from(limits, curve) < 0.9 * curve.duration
