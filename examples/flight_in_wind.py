@@ -10,7 +10,7 @@ from pathlib import Path
 
 import minsnap
 from minsnap.flight.simulation import DrydenWind, GeometricController, simulate
-from minsnap.flight.tracking.log_comparison import compared, flight_figures
+from minsnap.flight.tracking.simulated_flights import compare_simulated, flight_figures
 from minsnap.flight.tracking.tracking_plot import plot_comparison
 from minsnap.plot import save_figure
 from minsnap.vehicle import Quadrotor
@@ -28,7 +28,7 @@ def main(folder: Path) -> None:
     for name, flight in flights.items():
         found = flight_figures(flight, vehicle)
         print(f"{name}: {100 * found['rmse']:.1f} cm off on average, {100 * found['max_error']:.1f} cm at most")
-    figure = plot_comparison({name: compared(flight) for name, flight in flights.items()})
+    figure = plot_comparison({name: compare_simulated(flight) for name, flight in flights.items()})
     save_figure(figure, folder / "flight_in_wind.png")
 
 

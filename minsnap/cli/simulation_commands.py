@@ -51,10 +51,12 @@ class FlightFiles:
         if self.output is not None:
             minsnap.write_csv(flight.at_rate(50.0), self.output)
         if self.plot is not None:
-            from minsnap.flight.tracking.log_comparison import compared
+            from minsnap.flight.tracking.simulated_flights import compare_simulated
             from minsnap.flight.tracking.tracking_plot import plot_comparison
 
-            minsnap.plot.save_figure(plot_comparison({"simulated": compared(flight)}, view, **around), self.plot)
+            minsnap.plot.save_figure(
+                plot_comparison({"simulated": compare_simulated(flight)}, view, **around), self.plot
+            )
         if self.animate is not None:
             film: dict[str, Any] = {"flight": flight.samples, "view": view, "progress": shown}
             minsnap.plot.animate_path(flight.reference, self.animate, **film, **around)
@@ -81,7 +83,7 @@ def simulate(
     from minsnap.cli.kept import flown_lines
     from minsnap.files import find_flown_margins, read_any
     from minsnap.files.formats import is_polynomials, read_polynomials
-    from minsnap.flight.tracking.log_comparison import flight_figures
+    from minsnap.flight.tracking.simulated_flights import flight_figures
 
     files.check(file)
     stored = read_polynomials(file) if frame is None and is_polynomials(file) else None

@@ -18,7 +18,7 @@ from minsnap.files.flight_log import FlightLog
 from minsnap.files.limits_yaml import read_limits
 from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.mavlink.stream_options import StreamOptions
-from minsnap.flight.tracking.log_comparison import simulated_log
+from minsnap.flight.tracking.simulated_flights import simulated_log
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor
 

@@ -1,8 +1,8 @@
 r"""Parameters of an autopilot, and the limits of a path that they set.
 
 At a speed v the thrust leans against the drag k v as well as along the acceleration a, so that
-:math:`a + k v \le g \tan\theta`. Drag may take half of the tilt at the greatest speed; the rest, less a tenth for
-feedback, is what a path may ask for.
+:math:`a + k v \le g \tan\theta`, the horizontal thrust over the mass at the greatest tilt. At the greatest speed drag
+may take half of it; the rest, less a tenth for feedback, is what a path may ask for.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _FORMATS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}  # MAV_PARAM_TYPE of
 
 @dataclass(frozen=True)
 class ParameterSettings:
-    """How parameters are asked for, and which share of them a path may use.
+    """How parameters are asked for, and which share of what they allow a path may use.
 
     Parameters
     ----------
@@ -34,19 +34,19 @@ class ParameterSettings:
         An unanswered request is repeated at this interval [s].
     tries : int
         How often a request is sent.
-    feedback : float
-        Share of what the controller allows that a path may use: the rest corrects errors.
-    drag : float
-        Share of the level thrust that drag may take at the greatest speed.
+    for_path : float
+        Share of what the parameters allow that a path may use: feedback corrects errors with the rest.
+    for_drag : float
+        Share of the horizontal thrust at the greatest tilt that drag may take at the greatest speed.
     """
 
     retry: float = 0.5
     tries: int = 4
-    feedback: float = 0.9
-    drag: float = 0.5
+    for_path: float = 0.9
+    for_drag: float = 0.5
 
 
-ASKED = ParameterSettings()
+PARAMETER_SETTINGS = ParameterSettings()
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Parameters:
         """Return those of the named parameters that the vehicle answers for with a number that is finite."""
         parameters: dict[str, Parameter] = {}
         wanted = list(dict.fromkeys(names))
-        for _ in range(ASKED.tries):
+        for _ in range(PARAMETER_SETTINGS.tries):
             missing = [name for name in wanted if name not in parameters]
             for name in missing:
                 self._send("param_request_read", name, -1)
@@ -102,10 +102,10 @@ class Parameters:
         return {name: parameters[name] for name in wanted if name in parameters}
 
     def read_known(self, names: Iterable[str]) -> dict[str, Parameter]:
-        """Return the parameters of these meanings, by the names that the vehicle has for them (:data:`NEWER`)."""
+        """Return the parameters of these older names, whichever name the vehicle has for each (:data:`NEWER`)."""
         found: dict[str, Parameter] = {}
         wanted = list(dict.fromkeys(names))
-        for _ in range(ASKED.tries):
+        for _ in range(PARAMETER_SETTINGS.tries):
             missing = [name for name in wanted if not any(one in found for one in (name, *NEWER.get(name, ())))]
             for name in missing:
                 for asked in (name, *NEWER.get(name, ())):
@@ -126,20 +126,20 @@ class Parameters:
             raise LinkError(f"the vehicle has no parameter {name}, or did not answer{self._called(name, value)}")
         encoded = self._encoded(name, value, before.kind)
         wanted, told = Parameter(name, value, before.kind), None
-        for _ in range(ASKED.tries):
+        for _ in range(PARAMETER_SETTINGS.tries):
             self._send("param_set", name, encoded, before.kind)
             answer: dict[str, Parameter] = {}
             self._collect(answer, [{name}])
             told = answer.get(name, told)
-            exact = 0.0 if before.kind in _FORMATS else 1e-6
-            if told is not None and math.isclose(told.value, value, rel_tol=exact, abs_tol=1e-9):
+            tolerance = 0.0 if before.kind in _FORMATS else 1e-6
+            if told is not None and math.isclose(told.value, value, rel_tol=tolerance, abs_tol=1e-9):
                 return told
         if told is None:
             raise LinkError(f"the vehicle did not confirm {wanted}: it may have that or {before}")
         raise LinkError(f"the vehicle did not take {wanted}, and has {told}")
 
     def _called(self, name: str, value: float) -> str:
-        """Return what the vehicle calls a parameter that it does not have, and the value there, in words."""
+        """Say under which other name the vehicle has a parameter, and which value that is there; empty where none."""
         meaning, scale = meaning_of(name)
         others = self.read_known([meaning]).values()
         return "".join(
@@ -152,7 +152,7 @@ class Parameters:
 
     def _collect(self, parameters: dict[str, Parameter], awaited: Iterable[set[str]]) -> None:
         """Receive until one parameter of each set has arrived, for at most one interval."""
-        until = self._clock.now() + ASKED.retry
+        until = self._clock.now() + PARAMETER_SETTINGS.retry
         while not all(names & parameters.keys() for names in awaited) and self._clock.now() < until:
             for message in self._link.pump(min(until, self._clock.now() + 0.05)):
                 self._heard(message)
@@ -197,18 +197,18 @@ NEWER = {
     "PSC_JERK_XY": {"PSC_JERK_NE": 1.0, "PSC_NE_JERK": 1.0},
     "PSC_JERK_Z": {"PSC_JERK_D": 1.0, "PSC_D_JERK": 1.0},
 }
-"""What ArduPilot 4.7 and later call parameters of 4.6 and before, and what a value there counts in the older unit.
+"""What ArduPilot 4.7 and later call parameters of 4.6 and before, and the factor from the newer unit to the older one.
 
 Source: ArduPilot's wiki, "Parameter Name Changes" (4.6 to 4.7), and AC_PosControl.cpp of the branches 4.7 and master,
-which disagree on the names of the jerk. A rule or a limit is named by the older name, its meaning; what a vehicle
-answers for decides.
+which disagree on the names of the jerk. Rules and limits go by the older name. A vehicle is asked for all names, and
+has those that it answers for.
 """
 
 _MEANING = {new: (old, scale) for old, names in NEWER.items() for new, scale in names.items()}
 
 
 def meaning_of(name: str) -> tuple[str, float]:
-    """Return the name by which rules know a parameter, and what its value is multiplied by there."""
+    """Return the older name of a parameter, by which rules know it, and the factor to the unit of that name."""
     return _MEANING.get(name, (name, 1.0))
 
 
@@ -237,10 +237,10 @@ _MEANINGS = {
         ("ATC_SLEW_YAW", "yaw_rate", _CENTI * _DEGREES),
     ),
 }
-"""What each parameter limits, and its unit."""
+"""What each parameter limits, and its unit in SI units."""
 
 PARAMETERS = {name: tuple(key for key, _, _ in rows) for name, rows in _MEANINGS.items()}
-"""The meanings of what is read from each autopilot."""
+"""Names of the parameters to read from each autopilot, the older ones."""
 
 
 def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 0.0) -> Limits:
@@ -274,11 +274,14 @@ def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 
 
 
 def _limits_of(rows: Iterable[tuple[str, str, float]], values: Mapping[str, float]) -> dict[str, float]:
-    """Return the limits in SI units; the least where several parameters limit the same."""
-    overruled = "ANGLE_MAX" if values.get("PSC_ANGLE_MAX") else None
+    """Return the limits in SI units; the least where several parameters limit the same.
+
+    ``PSC_ANGLE_MAX``, where it is set, replaces ``ANGLE_MAX`` in ArduPilot's position controller.
+    """
+    replaced = "ANGLE_MAX" if values.get("PSC_ANGLE_MAX") else None
     limits: dict[str, float] = {}
     for key, name, scale in rows:
-        if values.get(key, 0.0) > 0.0 and key != overruled:
+        if values.get(key, 0.0) > 0.0 and key != replaced:
             limits[name] = min(scale * values[key], limits.get(name, math.inf))
     return limits
 
@@ -286,16 +289,17 @@ def _limits_of(rows: Iterable[tuple[str, str, float]], values: Mapping[str, floa
 def _with_drag(values: dict[str, float], drag: float) -> dict[str, Any]:
     """Return limits with the reserve of feedback taken off, and with room in the tilt for drag.
 
-    A vehicle that tells no vertical speeds or acceleration has those of ordinary flight: its tilt bounds none.
+    A vehicle that tells no vertical speeds or acceleration has those of ordinary flight, which its tilt does not bound.
     """
-    level = GRAVITY * math.tan(min(values["tilt"], math.radians(85.0)))
-    limits = {name: ASKED.feedback * value for name, value in values.items()}
+    horizontal_thrust = GRAVITY * math.tan(min(values["tilt"], math.radians(85.0)))  # over the mass
+    limits = {name: PARAMETER_SETTINGS.for_path * value for name, value in values.items()}
     if drag > 0.0:
-        limits["horizontal_speed"] = min(limits["horizontal_speed"], ASKED.drag * level / drag)
-    left = ASKED.feedback * level - drag * limits["horizontal_speed"]
+        most = PARAMETER_SETTINGS.for_drag * horizontal_thrust / drag
+        limits["horizontal_speed"] = min(limits["horizontal_speed"], most)
+    left = PARAMETER_SETTINGS.for_path * horizontal_thrust - drag * limits["horizontal_speed"]
     limits["horizontal_acceleration"] = min(limits.get("horizontal_acceleration", math.inf), left)
     limits["tilt"] = min(limits["tilt"], math.atan(left / GRAVITY))
-    if "jerk" not in limits and "body_rate" in limits:  # what turns the thrust of a hovering vehicle as quickly
+    if "jerk" not in limits and "body_rate" in limits:  # the jerk that turns the thrust at hover at the body rate
         limits["jerk"] = GRAVITY * limits["body_rate"]
     for name in ("climb_speed", "descent_speed", "vertical_acceleration"):
         limits.setdefault(name, ORDINARY["acceleration" if name == "vertical_acceleration" else "speed"])

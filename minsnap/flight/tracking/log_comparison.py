@@ -2,8 +2,8 @@
 
 A log covers the time from before take-off until after landing, has its own clock, and may contain several flights. Its
 setpoints are the rows that were sent, so the instants at which they match the file give offset and rate of the clocks:
-exactly, or late by half of the time for which a log repeats each.  The delay of the vehicle is not removed and counts
-as error.
+exactly, or, where a log repeats setpoints, late by half the time of the repeats. The delay of the vehicle is not
+removed and counts as error.
 """
 
 from __future__ import annotations
@@ -14,15 +14,10 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays
-from minsnap.basics.checks import check_kind, check_number, check_seed
 from minsnap.errors import InputError
-from minsnap.files import FlightLog, InertialLog
-from minsnap.flight.simulation.flight_inputs import drag_in_body, tabulate
-from minsnap.flight.simulation.simulated_flight import STEP, Flight
 from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, jump_remarks, position_at
 from minsnap.flight.tracking.own_takeoff import joins_at
-from minsnap.trajectory import Path, Samples
-from minsnap.vehicle import Quadrotor, rotations
+from minsnap.trajectory import Samples
 
 
 @dataclass(frozen=True)
@@ -37,7 +32,7 @@ class MatchSettings:
         Distance, in standard deviations of the file's positions, up to which a place in the log is looked at
         closely.
     matched : float
-        Distance in root mean square up to which setpoints are those of the file, when both stand still [m].
+        Distance in root mean square below which setpoints are those of the file, where both are at rest [m].
     uneven : float
         What a log's instants may be off in root mean square, by setpoints that hold until the next and uneven
         clocks [s].
@@ -46,11 +41,11 @@ class MatchSettings:
     away : float
         Setpoints that are off the file for so long have left it [s].
     least_way : float
-        Extent that such a share needs: less is found anywhere [m].
+        Extent that such a share needs [m]: a smaller one would match anywhere.
     drift : float
         Largest difference between the rates of the two clocks.
     held : float
-        A setpoint that is repeated for so long at most is held until the next, and is of its first instant [s].
+        Repeats of a setpoint for up to this long count as one, sent at the first of their instants [s].
     longest : float
         Setpoints that last longer are none of a flight: a time of the log is wrong [s].
     """
@@ -183,7 +178,7 @@ def _follows_from_the_ground(reference: Samples, setpoints: Samples, flight: Log
 
 
 def _joined(reference: Samples, setpoints: Samples, join: float) -> list[LogFlight]:
-    """Return the flights of a file from an instant on [s]."""
+    """Return the flights that joined the file at an instant of it [s], after a take-off of their own."""
     rest = reference[reference.t >= reference.t[0] + join]
     refined = [_refined(rest, setpoints, start) for start in _candidates(rest, setpoints)]
     found = [flight for flight in refined if flight.mismatch <= _tolerance(rest)]
@@ -199,7 +194,7 @@ def _tolerance(reference: Samples) -> float:
 
 
 def _begun(reference: Samples, setpoints: Samples) -> list[LogFlight]:
-    """Return the flights that follow a file from its beginning and leave it: stopped ones, and logs that end."""
+    """Return the flights that were broken off: they follow the file from its beginning, but not to its end."""
     whole = reference.duration
     for share in MATCH.parts:
         head = reference[reference.t <= reference.t[0] + share * whole]
@@ -214,7 +209,7 @@ def _begun(reference: Samples, setpoints: Samples) -> list[LogFlight]:
 
 
 def _of_part(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFlight:
-    """Return the flight with the clocks of the part that it follows: setpoints after it are of no file."""
+    """Return the flight with the clocks of the part that it follows; later setpoints are ignored."""
     if flight.end is None:
         return flight
     part = setpoints[setpoints.t <= flight.start + flight.end / flight.rate]
@@ -222,7 +217,10 @@ def _of_part(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFl
 
 
 def _apart(flights: list[LogFlight], duration: float) -> list[LogFlight]:
-    """Return the longest flights of which none begins during another: a piece of a path can be like its beginning."""
+    """Return the longest flights of which none begins during another.
+
+    Others may be found because a later part of a path looks like its start.
+    """
     kept: list[LogFlight] = []
     for flight in sorted(flights, key=lambda one: -(one.end or duration)):
         if all(abs(flight.start - other.start) > (other.end or duration) / other.rate for other in kept):
@@ -355,8 +353,8 @@ def compare_in_log(
     Parameters
     ----------
     reference : Samples
-        The file. The flight is compared with what it plans for each instant: its rows are sent its lead before, or
-        that of the setpoints where the log states one.
+        The file. The flight is compared with what it plans for each instant. The row for an instant was sent by the
+        lead earlier: that of the log's setpoints where they have one, else that of the file.
     setpoints, flown : Samples
         What the log says was asked for, and where the vehicle was, in the same world axes and on the log's clock.
     max_delay : float
@@ -369,102 +367,20 @@ def compare_in_log(
     InputError
         If the log's setpoints nowhere follow the file, or positions are missing there.
     """
-    compared, lead = [], setpoints.lead or reference.lead
+    flights, lead = [], setpoints.lead or reference.lead
     setpoints = _as_sent(setpoints)
     reference, planned = replace(reference, lead=0.0), None if planned is None else replace(planned, lead=0.0)
     for match in find_flights(reference, setpoints):
         place = replace(match, start=match.start + lead / match.rate, lead=lead)
         wanted, flight = planned or reference, place.in_time_of_file(flown, reference.duration)
         sent = None if planned is None else reference
-        compared.append(ComparedFlight(compare(wanted, flight, max_delay=max_delay), wanted, flight, place, sent))
-    return compared
+        flights.append(ComparedFlight(compare(wanted, flight, max_delay=max_delay), wanted, flight, place, sent))
+    return flights
 
 
 def _as_sent(setpoints: Samples) -> Samples:
-    """Return setpoints without repeats of those that are held: these seem to follow the file half a step later."""
+    """Return setpoints without repeats, which seem to follow the file half the time of a repeat later."""
     begins = np.append(True, (np.diff(setpoints.position, axis=0) != 0.0).any(axis=1))
     starts = setpoints.t[begins]
     short = np.diff(starts, append=setpoints.t[-1]) <= MATCH.held
     return setpoints[begins | ~short[np.cumsum(begins) - 1]]
-
-
-def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:
-    """Return the figures of a simulated flight.
-
-    Parameters
-    ----------
-    flight : Flight
-    vehicle : Quadrotor
-        That flew.
-
-    Returns
-    -------
-    dict
-        duration [s]; rmse, rmse_axes, max_error [m]; max_error_instant [s]; delay [s]: by how much it was late;
-        max_speed [m/s]; max_tilt [rad]; max_rotor_thrust and rotor_thrust_limit [N]; saturated: share of the time in
-        which the rotors could not do what the controller commanded.
-    """
-    comparison = compared(flight).comparison
-    upright = 1.0 - 2.0 * (flight.quaternion[:, 1:3] ** 2).sum(axis=1)
-    return {
-        "duration": flight.duration,
-        "rmse": comparison.rmse_3d,
-        "rmse_axes": comparison.rmse.tolist(),
-        "max_error": comparison.max_error,
-        "max_error_instant": comparison.worst_instant,
-        "delay": comparison.delay,
-        "max_speed": float(np.linalg.norm(flight.velocity, axis=1).max()),
-        "max_tilt": float(np.arccos(np.clip(upright, -1.0, 1.0)).max()),
-        "max_rotor_thrust": float(np.abs(vehicle.thrusts(flight.rotor_speed)).max()),
-        "rotor_thrust_limit": float(vehicle.rotor_thrust_limits[1]),
-        "saturated": float(flight.saturated.mean()),
-    }
-
-
-def compared(flight: Flight) -> ComparedFlight:
-    """Return a simulated flight beside what was to be flown."""
-    comparison = compare(flight.reference, flight.samples, max_delay=min(2.0, flight.duration / 4.0))
-    return ComparedFlight(comparison, flight.reference, flight.samples)
-
-
-STATES = 50.0
-"""States that are logged a second [Hz]; the accelerometer is logged at every step."""
-
-
-def simulated_log(
-    vehicle: Quadrotor, flight: Flight, setpoints: Path | Samples, noise: float = 0.05, seed: int = 0
-) -> FlightLog:
-    """Return the log of a simulated flight: setpoints, states, attitude, specific force and throttle.
-
-    Parameters
-    ----------
-    vehicle : Quadrotor
-        What flew.
-    flight : Flight
-        How.
-    setpoints : Path or Samples
-        What was sent, from the start of the flight on; a path at every step of a simulation.
-    noise : float
-        Standard deviation of the accelerometer along each axis [m/s^2].
-    seed : int
-        Of the noise.
-
-    Returns
-    -------
-    FlightLog
-        As :func:`minsnap.flight.fit_flight` takes it.
-    """
-    check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
-    check_kind("the flight", flight, Flight, "a Flight")
-    sent = tabulate(setpoints, None, STEP)
-    check_seed(seed)
-    check_number("the noise", noise, 0.0, np.inf, "it must be 0 or more [m/s^2]")
-    slow = slice(None, None, max(1, round((len(flight.t) - 1) / (STATES * flight.duration))))
-    states = replace(flight.samples[slow], yaw=None)
-    thrust = vehicle.wrench(flight.rotor_speed)[:, 0]
-    drag = drag_in_body(vehicle.drag, rotations(flight.quaternion), flight.velocity - flight.wind, flight.rotor_speed)
-    felt = (drag + thrust[:, None] * np.array([0.0, 0.0, 1.0])) / vehicle.mass
-    felt += noise * np.random.default_rng(seed).normal(size=felt.shape)
-    throttle = thrust / (vehicle.max_thrust_to_weight * vehicle.weight)
-    inertial = InertialLog(flight.t[slow], flight.quaternion[slow], flight.t, felt, flight.t[slow], throttle[slow])
-    return FlightLog(replace(sent, t=sent.t - sent.t[0]), states, 0.0, inertial=inertial)

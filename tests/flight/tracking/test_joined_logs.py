@@ -12,7 +12,8 @@ from minsnap.errors import InputError
 from minsnap.files import joined_logs, read_log, read_samples
 from minsnap.files.autopilot_logs import write_ulog
 from minsnap.flight import fit_flight
-from minsnap.flight.tracking.log_comparison import compare_in_log, simulated_log
+from minsnap.flight.tracking.log_comparison import compare_in_log
+from minsnap.flight.tracking.simulated_flights import simulated_log
 
 HERE = Path(__file__).parents[2] / "recorded"
 

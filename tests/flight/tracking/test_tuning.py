@@ -11,7 +11,8 @@ from minsnap.errors import InputError
 from minsnap.files.autopilot_logs import write_ulog
 from minsnap.files.flight_log import FlightLog
 from minsnap.flight import CascadeController, compare, fit_flight, simulate
-from minsnap.flight.tracking.log_comparison import ComparedFlight, simulated_log
+from minsnap.flight.tracking.log_comparison import ComparedFlight
+from minsnap.flight.tracking.simulated_flights import simulated_log
 from minsnap.flight.tracking.tracking_plot import leg_instants, write_flight_page
 from minsnap.flight.tracking.tuning import best_to_fly, learn_from, tune_in_flight
 from minsnap.vehicle import Quadrotor
