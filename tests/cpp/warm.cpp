@@ -1,6 +1,10 @@
-// A planner allocates nothing where it does what it did before: not for plans, not for plans in flight, nor for what it proves of them.
+// A planner allocates nothing where it does what it did before: not for plans, not for plans in flight, nor for what it proves of them. Where an
+// allocation is refused, the call ends with a status and writes nothing.
+#include <cerrno>
+#include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 #include "expect.hpp"
@@ -8,7 +12,13 @@
 
 namespace {
 
-long allocations = 0;  // by any of the functions below
+long allocations = 0;                 // by any of the functions below
+long refused_from = -1, refused = 0;  // which one of them is refused first, and how many are from there on
+
+bool refuse() {
+    const long place = allocations++;
+    return refused_from >= 0 && place >= refused_from && place - refused_from < refused;
+}
 
 }  // namespace
 
@@ -28,19 +38,19 @@ Function behind(Function, const char *name) {
 extern "C" {
 void *malloc(std::size_t bytes) noexcept {
     static const auto next = behind(&malloc, "malloc");
-    return ++allocations, next(bytes);
+    return refuse() ? nullptr : next(bytes);
 }
 void *realloc(void *block, std::size_t bytes) noexcept {
     static const auto next = behind(&realloc, "realloc");
-    return ++allocations, next(block, bytes);
+    return refuse() ? nullptr : next(block, bytes);
 }
 int posix_memalign(void **block, std::size_t alignment, std::size_t bytes) noexcept {
     static const auto next = behind(&posix_memalign, "posix_memalign");
-    return ++allocations, next(block, alignment, bytes);
+    return refuse() ? ENOMEM : next(block, alignment, bytes);
 }
 void *aligned_alloc(std::size_t alignment, std::size_t bytes) noexcept {
     static const auto next = behind(&aligned_alloc, "aligned_alloc");
-    return ++allocations, next(alignment, bytes);
+    return refuse() ? nullptr : next(alignment, bytes);
 }
 }
 #endif
@@ -91,16 +101,55 @@ void expect_nothing_allocated(const char *what, std::size_t index, Work work) {
     ++wrong, std::printf("%s %zu: %ld allocations\n", what, index, made);
 }
 
+bool same(const minsnap_curve &one, const minsnap_curve &other) {
+    const auto count = std::size_t(one.legs * one.pieces);
+    return one.legs == other.legs && one.pieces == other.pieces && one.degree == other.degree &&
+           std::memcmp(one.points, other.points, sizeof(double) * count * std::size_t((one.degree + 1) * one.dim)) == 0 &&
+           std::memcmp(one.durations, other.durations, sizeof(double) * count) == 0;
+}
+
+// Refuse one allocation of a plan, or all from there on: it ends without memory and writes nothing, or with another certified curve. Either way
+// the planner then makes the plan that it would have made.
+void expect_refusals_are_told(const char *what, std::size_t index, const minsnap::Problem &problem) {
+    minsnap_problem asked;
+    minsnap_planner *first = nullptr;
+    minsnap_curve usual = minsnap_curve_new();
+    EXPECT(problem.view(asked) && minsnap_open(MINSNAP_ABI, &first) == MINSNAP_DONE);
+    const long before = allocations;
+    EXPECT(minsnap_plan(first, &asked, &usual) == MINSNAP_DONE);
+    const long made = allocations - before, tries = 20;
+    EXPECT(made > 0);
+    for (long place = 0; place < made; place += 1 + made / tries)
+        for (const long count : {1L, LONG_MAX}) {
+            minsnap_planner *planner = nullptr;
+            minsnap_certificate proved = minsnap_certificate_new();
+            minsnap_curve curve = minsnap_curve_new();
+            EXPECT(minsnap_open(MINSNAP_ABI, &planner) == MINSNAP_DONE);
+            refused_from = allocations + place, refused = count;
+            const minsnap_status status = minsnap_plan(planner, &asked, &curve);
+            refused_from = -1;
+            bool right = status == MINSNAP_NO_MEMORY && curve.legs == 0 && minsnap_message(planner)[0] != 0;
+            if (status == MINSNAP_DONE)
+                right = minsnap_certify(planner, &asked, &curve, &proved) == MINSNAP_DONE && proved.kept == 1;
+            if (!right)
+                ++wrong, std::printf("%s %zu, allocation %ld of %ld: status %d: %s\n", what, index, place, made, status,
+                                     minsnap_message(planner));
+            EXPECT(minsnap_plan(planner, &asked, &curve) == MINSNAP_DONE && same(curve, usual));
+            minsnap_close(planner);
+        }
+    minsnap_close(first);
+}
+
 }  // namespace
 
 int main() {
-    EXPECT((delete new int, allocations > 0));
     const std::vector<minsnap::Problem> given = given_times(), limited = within_limits();
     for (std::size_t k = 0; k < given.size(); ++k) {
         minsnap::Planner planner;
         minsnap::Plan plan;
         expect_nothing_allocated("plan in given times", k, [&] { planner.plan(given[k], plan); });
         EXPECT(plan.status == MINSNAP_DONE);
+        expect_refusals_are_told("plan in given times", k, given[k]);
         expect_nothing_allocated("certificate in given times", k, [&] { EXPECT(planner.certify(given[k], plan.curve).kept == 1); });
     }
     for (std::size_t k = 0; k < limited.size(); ++k) {
@@ -117,5 +166,11 @@ int main() {
         expect_nothing_allocated("certificate", k, [&] { EXPECT(planner.certify(limited[k], plan.curve).kept == 1); });
         expect_nothing_allocated("least time", k, [&] { EXPECT(planner.least_time(limited[k]) > 0.0); });
     }
+    minsnap::Problem leg(3), tube;
+    leg.points = {0, 0, 1, 4, 1, 1.5}, leg.pieces = 1;
+    leg.within(usual());
+    tube = leg, tube.widths = {0.4};
+    expect_refusals_are_told("leg within limits", 0, leg);
+    expect_refusals_are_told("leg in a tube within limits", 0, tube);
     return wrong;
 }

@@ -30,7 +30,7 @@ public:
     // While it lives, what this thread reserves comes from a pool, and what it releases goes there.
     class Use {
     public:
-        explicit Use(Pool &pool) : before_(current) { current = &pool; }
+        explicit Use(Pool &pool) : before_(current) { current = &pool, pool.refused_ = false; }
         Use(const Use &) = delete;
         Use &operator=(const Use &) = delete;
         ~Use() { current = before_; }
@@ -39,13 +39,20 @@ public:
         Pool *const before_;
     };
 
+    // Whether the system had no memory since the pool was last put to use.
+    bool refused() const { return refused_; }
+
     // Memory for so many bytes, which are not initialised; null where there is none.
     static void *reserve(std::size_t bytes) {
         if (bytes > SIZE_MAX / 4) return nullptr;
         if (current == nullptr) return from_system(bytes, kinds);
         const std::size_t kind = round(bytes);
         Block *const block = current->kept_[kind];
-        if (block == nullptr) return from_system(bytes, kind);
+        if (block == nullptr) {
+            void *const found = from_system(bytes, kind);
+            if (found == nullptr) current->refused_ = true;
+            return found;
+        }
         current->kept_[kind] = block->next;
         return reinterpret_cast<char *>(block) + alignment;
     }
@@ -97,6 +104,7 @@ private:
 
     static inline thread_local Pool *current = nullptr;
     Block *kept_[kinds] = {};
+    bool refused_ = false;
 };
 
 }  // namespace minsnap

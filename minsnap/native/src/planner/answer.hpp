@@ -22,10 +22,16 @@ public:
     Buffer<double> yaw;        // (legs, 4) where it heads somewhere
     bool heads = false;
 
+    // Make room for a curve that is to be written; without memory it has no legs.
     [[nodiscard]] bool allocate(const Course &course, std::int64_t per_leg) {
-        legs = course.legs, pieces = per_leg, dim = course.dim, half = course.half;
-        const auto count = std::size_t(legs * pieces);
-        return points.allocate(count * 2 * half * dim) && durations.allocate(count) && breaks.allocate(count + 1);
+        return allocate(course.legs, per_leg, course.dim, course.half);
+    }
+    [[nodiscard]] bool allocate(std::int64_t all_legs, std::int64_t per_leg, int axes, int order) {
+        const auto count = std::size_t(all_legs * per_leg);
+        legs = 0;
+        if (!points.allocate(count * 2 * order * axes) || !durations.allocate(count) || !breaks.allocate(count + 1)) return false;
+        legs = all_legs, pieces = per_leg, dim = axes, half = order;
+        return true;
     }
 
     std::int64_t all() const { return legs * pieces; }
@@ -42,11 +48,9 @@ public:
     }
 
     [[nodiscard]] bool copy(const CurveMemory &from) {
-        legs = from.legs, pieces = from.pieces, dim = from.dim, half = from.half;
-        const std::size_t count = std::size_t(all()), numbers = count * 2 * half * dim;
-        if (!points.allocate(numbers) || !durations.allocate(count) || !breaks.allocate(count + 1)) return false;
-        std::copy(from.points.data(), from.points.data() + numbers, points.data());
-        std::copy(from.durations.data(), from.durations.data() + count, durations.data());
+        if (!allocate(from.legs, from.pieces, from.dim, from.half)) return false;
+        std::copy(from.points.data(), from.points.data() + all() * 2 * half * dim, points.data());
+        std::copy(from.durations.data(), from.durations.data() + all(), durations.data());
         return true;
     }
 

@@ -36,6 +36,25 @@ Status check_room(const minsnap_curve *curve, Says &says) {
     return says(Status::bad_size, "the curve to be written is a null pointer, or of another version: make it by minsnap_curve_new");
 }
 
+// A call with a planner, in its memory.
+class Call {
+public:
+    explicit Call(minsnap_planner &planner) : planner_(planner), pool_(planner.pool) { planner.says.nothing(); }
+
+    // Where memory was refused, that is why there is no answer, whatever became of it on the way.
+    minsnap_status ends(Status status) const {
+        const bool unanswered =
+            status != Status::done && status != Status::spent && status != Status::bad_size && status != Status::bad_number;
+        if (unanswered && planner_.pool.refused())
+            status = planner_.says(Status::no_memory, "there is no memory for a problem of %lld legs", Long(planner_.course.legs));
+        return minsnap_status(status);
+    }
+
+private:
+    minsnap_planner &planner_;
+    const Pool::Use pool_;
+};
+
 Status plan(minsnap_planner &planner, SearchEnd &end, bool &seen) {
     seen = false;
     const Course &course = planner.course;
@@ -126,51 +145,48 @@ MINSNAP_EXPORT const char *minsnap_message(const minsnap_planner *planner) {
 
 MINSNAP_EXPORT minsnap_status minsnap_plan(minsnap_planner *planner, const minsnap_problem *problem, minsnap_curve *curve) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
-    const minsnap::Pool::Use pool(planner->pool);
-    planner->says.nothing();
+    const minsnap::Call call(*planner);
     Status status = minsnap::check_room(curve, planner->says);
     if (status == Status::done) status = planner->course.take(problem, planner->says);
     if (status == Status::done) status = minsnap::check_yaws(*problem, planner->course, planner->says);
-    if (status != Status::done) return minsnap_status(status);
+    if (status != Status::done) return call.ends(status);
     minsnap::SearchEnd end = minsnap::end_of(*problem, problem->seconds);
     bool seen = false;
     status = minsnap::plan(*planner, end, seen);
-    return minsnap_status(minsnap::give(*planner, status, seen, problem->yaws, {}, *curve));
+    return call.ends(minsnap::give(*planner, status, seen, problem->yaws, {}, *curve));
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_replan(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
                                              double now, double budget, minsnap_curve *curve) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
-    const minsnap::Pool::Use pool(planner->pool);
+    const minsnap::Call call(*planner);
     minsnap::SearchEnd end;
     if (minsnap::is_problem(problem)) end = minsnap::end_of(*problem, budget);
-    planner->says.nothing();
     if (!(budget > 0.0 && budget < 1e9))
-        return minsnap_status(planner->says(Status::bad_number, "the budget is %g s: it must be positive", budget));
+        return call.ends(planner->says(Status::bad_number, "the budget is %g s: it must be positive", budget));
     if (!(now >= 0.0))
-        return minsnap_status(planner->says(Status::bad_number, "it is %g s on the clock of the curve flown, which begins at 0", now));
+        return call.ends(planner->says(Status::bad_number, "it is %g s on the clock of the curve flown, which begins at 0", now));
     Status status = minsnap::go_on(*planner, problem, flown, now + budget, curve);
     if (status == Status::done) status = minsnap::check_yaws(*problem, planner->course, planner->says);
-    if (status != Status::done) return minsnap_status(status);
+    if (status != Status::done) return call.ends(status);
     bool seen = false;
     status = minsnap::plan(*planner, end, seen);
     if (status == Status::spent && planner->next.legs == 0)
-        return minsnap_status(planner->says(status, "no new curve was certified within the budget: the old one stands"));
+        return call.ends(planner->says(status, "no new curve was certified within the budget: the old one stands"));
     minsnap::HeadingState heading;
     if (flown->yaw != nullptr) heading = {minsnap::heading_at(*flown, 0, now + budget), minsnap::heading_at(*flown, 1, now + budget), true};
     status = minsnap::give(*planner, status, seen, problem->yaws, heading, *curve);
-    return minsnap_status(status == Status::spent ? Status::done : status);
+    return call.ends(status == Status::spent ? Status::done : status);
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_brake(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
                                             double instant, minsnap_curve *curve) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
-    const minsnap::Pool::Use pool(planner->pool);
+    const minsnap::Call call(*planner);
     minsnap::SearchEnd end;
-    planner->says.nothing();
     Status status = minsnap::go_on(*planner, problem, flown, instant, curve);
     if (status == Status::done) status = minsnap::ShortestPlan(planner->course, end, planner->says).brake(planner->next);
-    return minsnap_status(minsnap::give(*planner, status, true, nullptr, {}, *curve));
+    return call.ends(minsnap::give(*planner, status, true, nullptr, {}, *curve));
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_at(const minsnap_curve *curve, std::int64_t order, const double *t, std::int64_t count, double *out) {
@@ -199,29 +215,28 @@ MINSNAP_EXPORT minsnap_status minsnap_yaw_at(const minsnap_curve *curve, std::in
 MINSNAP_EXPORT minsnap_status minsnap_certify(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *curve,
                                               minsnap_certificate *certificate) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
-    const minsnap::Pool::Use pool(planner->pool);
-    planner->says.nothing();
+    const minsnap::Call call(*planner);
     if (certificate == nullptr || certificate->size != std::int64_t(sizeof(minsnap_certificate)))
-        return minsnap_status(planner->says(
-            Status::bad_size, "the certificate is a null pointer, or of another version: make it by minsnap_certificate_new"));
+        return call.ends(planner->says(Status::bad_size,
+                                       "the certificate is a null pointer, or of another version: make it by minsnap_certificate_new"));
     Status status = minsnap::check_given(curve, "the curve", planner->says);
     if (status == Status::done) status = planner->course.take(problem, planner->says);
-    if (status != Status::done) return minsnap_status(status);
+    if (status != Status::done) return call.ends(status);
     minsnap_certificate proved = minsnap_certificate_new();
     const minsnap::CurveView seen = {curve->points, curve->durations, curve->legs, curve->pieces, int(curve->dim), int(curve->degree)};
     status = minsnap::certify(seen, planner->course, proved, planner->says);
+    if (status == Status::done && proved.kept == 0 && planner->pool.refused()) status = Status::not_proved;
     if (status == Status::done) *certificate = proved;
-    return minsnap_status(status);
+    return call.ends(status);
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_least_time(minsnap_planner *planner, const minsnap_problem *problem, double *seconds) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
-    const minsnap::Pool::Use pool(planner->pool);
-    planner->says.nothing();
-    if (seconds == nullptr) return minsnap_status(planner->says(Status::bad_size, "the seconds to be written are a null pointer"));
+    const minsnap::Call call(*planner);
+    if (seconds == nullptr) return call.ends(planner->says(Status::bad_size, "the seconds to be written are a null pointer"));
     double found = 0.0;
     Status status = planner->course.take(problem, planner->says);
     if (status == Status::done) status = minsnap::least_time(planner->course, planner->says, found);
     if (status == Status::done) *seconds = found;
-    return minsnap_status(status);
+    return call.ends(status);
 }

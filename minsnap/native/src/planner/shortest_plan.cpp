@@ -275,7 +275,6 @@ Status ShortestPlan::run(CurveMemory &curve) {
     Attempt found;
     of_pieces(course_.pieces, found);
     if (course_.pieces == 0 && (found.solved.legs == 0 || found.stands_in) && goes_on(found)) parted(found);
-    if (no_memory_) return says_(Status::no_memory, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
     const bool searched = found.solved.legs > 0;
     Buffer<double> times;
     const bool slow = !searched || (end_.ended && stop_and_go(times) && found.solved.total() > summed(times.data(), course_.legs));
@@ -315,7 +314,7 @@ void ShortestPlan::Attempt::then(Attempt &later) {
 // a search chose, took all of the work, one polynomial a leg is searched in little more.
 void ShortestPlan::of_pieces(std::int64_t pieces, Attempt &found) {
     of_starts(pieces, found);
-    if (found.hopeless() || no_memory_ || pieces == 1) return;
+    if (found.hopeless() || pieces == 1) return;
     const bool spent = end_.ended;
     if (spent ? !has_last_try() : pieces == 0) return;
     Attempt whole;
@@ -513,7 +512,7 @@ void ShortestPlan::solve(const Guess *given, Attempt &found) {
 bool ShortestPlan::planned(const CurveMemory &left, CurveMemory &curve) {
     if (left.legs == 0) return false;
     limits_.clear(course_.dim);
-    if (!make_limits(true, limits_)) return no_memory_ = true, false;
+    if (!make_limits(true, limits_)) return false;
     for (const double reserve : P::reserves) {
         if (end_.over() || !curve.copy(left)) return false;
         curve.slow(1.0 + reserve);
@@ -700,11 +699,10 @@ void ShortestPlan::certified(Question question, Attempt &found) {
     for (int attempt = 0; attempt < P::tries; ++attempt) {
         CurveMemory curve;
         const Status status = search(question, curve);
-        if (status == Status::no_memory) no_memory_ = true;
         if (status != Status::done && status != Status::spent && status != Status::no_progress) return;
         if (curve.total() < P::vanishing * longest_) return void(found.unlimited = true);
         const bool within_walls = kept_ && inside(curve);
-        if ((!seen || within_walls) && !found.left.copy(curve)) return void(no_memory_ = true);
+        if ((!seen || within_walls) && !found.left.copy(curve)) return;
         if (!kept_) return;
         if (!within_walls) {
             question.inwards = P::farther * std::max(question.inwards, P::inwards);

@@ -117,7 +117,7 @@ private:
     GivenTimes given_;
     WallSets sets_, limits_;
     Question question_;
-    bool moving_ = false, no_memory_ = false;
+    bool moving_ = false;
     std::int64_t per_leg_ = 0;  // pieces of a leg in this attempt; 0 for those that the search chooses
     ShortestAnswer answer_ = {};
     bool stopped_ = false, kept_ = false;
