@@ -216,6 +216,11 @@ SOUGHT = {
     "--avoid": ("--obstacle", "--obstacles"),
     "--from-frame": ("--ned", "--frame"),
     "--altitude": ("--height", "--z"),
+    "--goal": ("--end", "--target", "--destination", "--stop", "--finish"),
+    "--start": ("--from", "--begin", "--source"),
+    "--pitch": ("--climb", "--rise", "--ascent"),
+    "--radius": ("--diameter", "--r"),
+    "--laps": ("--turns", "--revolutions", "--rounds", "--loops"),
 }
 """Options, and the names by which others are looked for."""
 
@@ -279,11 +284,14 @@ def _arguments_of(words: Sequence[str]) -> list[Any]:
 
 
 def _first_numbers(words: list[str], place: int) -> str:
-    """Return the stray numbers behind the options of their command that take numbers, the first of them."""
+    """Return the stray numbers behind the options of their command that take lengths or places, the first of them."""
     numbers = [word for word in words[place:] if re.fullmatch(r"-?\.?\d[\d.]*", word)]
-    command = _built(len(app.registered_commands)).commands[words[0]]
-    takes = [each.opts[0] for each in command.params if getattr(each.type, "name", "") == "float" and each.nargs == 1]
-    return " ".join(f"{option} {number}" for option, number in zip(takes, numbers, strict=False))
+    command, said = _built(len(app.registered_commands)).commands[words[0]], list[str]()
+    for each in command.params:
+        if (each.metavar == "M" or each.nargs > 1) and len(numbers) >= each.nargs:
+            said += [each.opts[0], *numbers[: each.nargs]]
+            numbers = numbers[each.nargs :]
+    return " ".join(said)
 
 
 def in_options(sentence: str, words: Sequence[str] = ()) -> str:

@@ -371,8 +371,9 @@ def convert(
             content = minsnap.read_csv(source, from_frame, columns=options.parse_named(columns), origin=origin)
     kept = isinstance(content, minsnap.Samples)
     if rate is not None and not (chosen.holds == "samples" and (near is not None or not kept)):
+        fitted = "; leave it out" + ", or give --tolerance 1mm with it" * (kept and chosen.holds == "samples")
         held = "samples, which keep their instants" if kept else "a trajectory, which is kept"
-        raise InputError(f"{source} holds {held}: --rate is of a trajectory that is sampled; leave it out")
+        raise InputError(f"{source} holds {held}: --rate is of a trajectory that is sampled{fitted}")
     how: dict[str, Any] = {"clobber": not no_clobber, "tolerance": near, "rest": ends == "rest"}
     how |= {"origin": origin, "within": within}
     name, lost = write_any(content, target, to, RATE if rate is None else rate, frame, **how)

@@ -159,10 +159,13 @@ def _in_frame(request: FileRequest, file: Path, frame: str | None) -> FileReques
 
     heights = [point[2] for point in request.waypoints if len(point) == 3]
     if frame is None and heights and max(heights) <= 0.0 and min(heights) < 0.0:
-        raise FrameError(
-            f"{file} lies below ground throughout (z from {min(heights):g} to {max(heights):g} m) and does not say its "
-            "frame: give --from-frame ned, or enu"
-        )
+        below = "its origin" if is_mission(file) else "ground"
+        low = f"{file} lies below {below} throughout (z from {min(heights):.4g} to {max(heights):.4g} m)"
+        if is_mission(file):
+            raise InputError(
+                f"{low}: both altitudes are above the sea; for heights above the ground, give --origin LAT LON 0"
+            )
+        raise FrameError(f"{low} and does not say its frame: give --from-frame ned, or enu")
     if frame is not None and is_mission(file):
         raise InputError(f"{file} is a mission by latitude and longitude: leave out --from-frame {frame}")
     return request if frame is None else in_enu(request, frame)

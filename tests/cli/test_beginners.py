@@ -23,6 +23,7 @@ FILES = {
     "names.csv": "east,north,up\n0,0,1\n5,0,1\n",
     "typo.yaml": "waypoints: [[0,0,1], [5,0,1]]\nlimit: {speed: 3}\n",
     "list.yaml": "waypoints: 3\n",
+    "gps.csv": "lat,lon,alt\n47.4,8.5,10\n47.401,8.5,12\n",
     "notes.txt": "fly around the tree\n",
 }
 
@@ -53,6 +54,17 @@ MISTAKES = [
     ("plan w.csv --time 2,5", "'2,5' has a comma: give 2.5"),
     ("plan w.csv --max-thrust 2g", "'2g' is no number (see"),
     ("circle --radius 200mm", "give 0.2, in metres"),
+    ("line 0 0 1 10 0 1", "such as --start 0 0 1 --goal 10 0 1"),
+    ("line --end 10,0,1", "No such option: --end: did you mean --goal?"),
+    ("helix --climb 1", "did you mean --pitch?"),
+    (
+        "convert set.csv other.csv --rate 10",
+        "keep their instants: --rate is of a trajectory that is sampled; leave it out, or give --tolerance 1mm",
+    ),
+    (
+        "plan gps.csv --origin 47.4 8.5 488",
+        "lies below its origin throughout (z from -478 to -476 m): both altitudes are",
+    ),
     ("rect 4 3", "each number has an option before it, such as --width 4 --length 3"),
     ("plan w.csv --yaw-at-start 90", "--yaw-at-start 90 is for a heading along the velocity"),
     ("plan w.csv --yaw velocity --yaw-at-start 1e9", "--yaw-at-start is 1e+09: give an angle in degrees"),
