@@ -233,7 +233,9 @@ def parse_numbers(option: str, text: str, unit: str | None = "M") -> list[float]
     InputError
         If the text is something else.
     """
-    return [read_number(part, f"{option}: {quantities.refusal(part, unit)}") for part in text.split(",")]
+    return [
+        read_number(part, f"{option} is {part!r}, which {quantities.refusal(part, unit)}") for part in text.split(",")
+    ]
 
 
 LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}

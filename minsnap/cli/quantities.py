@@ -8,8 +8,6 @@ from math import degrees, radians
 
 import typer
 
-from minsnap.basics.arrays import GRAVITY
-
 UNITS = {
     "M": ("metres", {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3}),
     "S": ("seconds", {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0}),
@@ -18,7 +16,7 @@ UNITS = {
     **dict.fromkeys(("DEG", "DEGREES"), ("degrees", {"deg": 1.0, "degrees": 1.0, "°": 1.0, "rad": degrees(1.0)})),
     "RAD/S": ("rad/s", {"rad/s": 1.0, "deg/s": radians(1.0), "°/s": radians(1.0)}),
     "M/S": ("m/s", {"m/s": 1.0, "cm/s": 1e-2, "km/h": 1.0 / 3.6, "kmh": 1.0 / 3.6}),
-    "M/S2": ("m/s^2", {"m/s2": 1.0, "g": GRAVITY}),
+    "M/S2": ("m/s^2", {"m/s2": 1.0}),
     "M/S3": ("m/s^3", {"m/s3": 1.0}),
     "M/S4": ("m/s^4", {"m/s4": 1.0}),
 }
@@ -36,19 +34,19 @@ def number_in(metavar: str | None) -> Callable[[str], float]:
         try:
             return float(text)
         except ValueError:
-            raise typer.BadParameter(refusal(text, metavar)) from None
+            raise typer.BadParameter(f"{text!r} {refusal(text, metavar)}") from None
 
     read.__name__ = "float"  # in the help, where nothing else stands for the value
     return read
 
 
 def refusal(text: str, metavar: str | None) -> str:
-    """Return why a text is not the number of an option, and which number it may be."""
+    """Return what is wrong with a text that is no number of an option, and which number it may be."""
     name, known = UNITS.get((metavar or "").translate(_PLAIN), ("", {}))
     written = _WITH_UNIT.fullmatch(text.strip())
     factor = written and known.get(written[2].lower().translate(_PLAIN))
     if written and factor:
-        return f"{text!r} has a unit: give {float(written[1]) * factor:.6g}, in {name}"
+        return f"has a unit: give {float(written[1]) * factor:.6g}, in {name}"
     if re.fullmatch(r"[-+]?\d+,\d+", text.strip()):
-        return f"{text!r} has a comma: give {text.strip().replace(',', '.')}"
-    return f"{text!r} is no number" + (f": give one, in {name}" if name else "")
+        return f"has a comma: give {text.strip().replace(',', '.')}"
+    return "is no number" + (f": give one, in {name}" if name else "")
