@@ -120,5 +120,5 @@ def _stretch(held: Fleet, begins: float, ends: float, limits: Limits) -> float:
             parts.append(Trajectory(curve.control_points[within], curve.durations[within]))
     if not parts:
         return 1.0
-    needed = stretch_of(use_of_files(Fleet(tuple(parts)), limits))
-    return needed * (1.0 + SLOWING.more) if needed > 1.0 else 1.0
+    uses = [used for used in use_of_files(Fleet(tuple(parts)), limits) if not used.kept]
+    return stretch_of(uses) * (1.0 + SLOWING.more) if uses else 1.0
