@@ -18,7 +18,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
 from minsnap.fleet import assign, certify_fleet, extent_of
 from minsnap.shows.act_moves import Curves
-from minsnap.shows.acts import Act, Group, Groups, Show
+from minsnap.shows.acts import Act, Group, Groups
 from minsnap.shows.formations import spacing_of
 from minsnap.shows.played_acts import ELSEWHERE, PlayedAct
 from minsnap.shows.show_course import FlightTask, ShowCourse
@@ -49,24 +49,6 @@ class _Flying:
     def act(self) -> Act | None:
         """The next act; None where all are planned."""
         return self.group.acts[len(self.acts)] if len(self.acts) < len(self.group.acts) else None
-
-
-def refuse_near_ends(groups: Groups, moves: Mapping[Act, Sequence[Curves]], show: Show) -> None:
-    """Refuse groups whose last formations stand too near to each other."""
-    ends, names = [], []
-    for group in groups.groups:
-        last = group.acts[-1]
-        flown = [curves for curves in moves[last] if curves]
-        ends.append(np.stack([curve.control_points[-1, -1] for curve in flown[-1]]) if flown else last.points)
-        names += [f"point {i} of act {last.name!r}" for i in range(len(ends[-1]))]
-    places = np.concatenate(ends)
-    if len(places) < 2:
-        return
-    least, pair = spacing_of(show.separation.flat(places))
-    apart = show.separation.distance or 0.0
-    if least < apart * (1.0 - EXACT):
-        text = f"{names[pair[0]]} and {names[pair[1]]}, where groups of {groups.name!r} end, are {least:.3f} m apart"
-        raise FleetError(f"{text}, {apart - least:.3f} m less than the separation: shift one of them")
 
 
 def fly_groups(

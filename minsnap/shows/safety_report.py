@@ -19,6 +19,7 @@ from minsnap.limits import Limits
 from minsnap.plot.fleet_figures import legend_above, plot_fleet, plot_homes, plot_separation
 from minsnap.plot.page_files import write_parts
 from minsnap.plot.pages import Drawing, Note, Part, Signature, Table, Verdict
+from minsnap.plot.style import styled
 from minsnap.shows.energy import PowerModel, aloft
 from minsnap.shows.failures import SINKS, Failures
 from minsnap.shows.file_limits import largest_step
@@ -221,6 +222,7 @@ def _figures(report: SafetyReport) -> Figure:
     return figure
 
 
+@styled
 def _draw_fence(axes: Axes, fence: Fence) -> None:
     """Draw walls seen from above with their numbers, and how far the margins let vehicles come."""
     whole, kept = (np.concatenate((corners, corners[:1])) for corners in (fence.corners, fence.inside))

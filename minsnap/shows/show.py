@@ -22,7 +22,8 @@ from minsnap.fleet import Fleet, Separation, assign
 from minsnap.shows.act_moves import check_moves, curves_of_moves, of_vehicles, reach_of, refuse_late_lights
 from minsnap.shows.acts import Act, Groups, Show
 from minsnap.shows.file_limits import ROUNDED_KINDS
-from minsnap.shows.group_flights import fly_groups, refuse_near_ends
+from minsnap.shows.group_flights import fly_groups
+from minsnap.shows.group_places import places_in, refuse_near_groups
 from minsnap.shows.least_times import refuse_hasty
 from minsnap.shows.played_acts import PlayedAct, headed, lights_of
 from minsnap.shows.show_course import SKYBRUSH, ShowCourse, Told
@@ -134,9 +135,7 @@ def fly(
     show = replace(show, home=show.home[: show.flying])
     for each, motion in moves.items():
         check_moves(each, motion, show)
-    for act in show.acts:
-        if isinstance(act, Groups):
-            refuse_near_ends(act, moves, show)
+    refuse_near_groups(show, moves)
     course = ShowCourse(show, kept, progress, told, show.home, to)
     course.climb("take-off")
     flown: list[tuple[PlayedAct, int]] = []
@@ -145,7 +144,7 @@ def fly(
         if isinstance(act, Groups):
             flown += [(own, first) for own in fly_groups(course, act, moves, reserves, progress)]
             continue
-        order, goals = _places(show, course.now, act, progress)
+        order, goals = places_in(show, course.now, act, progress)
         delays = None if act.delays is None else np.where(order >= 0, act.delays[order], 0.0)
         course.fly(act.name, goals, None, act.hold, GivenTime(act.at, act.seconds), delays)
         for moved in moves[act]:
@@ -168,30 +167,6 @@ def fly(
     curves += [Trajectory(np.tile(place, (1, 8, 1)), np.array([end])) for place in reserves]
     lights += [DARK] * len(reserves)
     return FlownShow(Fleet(tuple(curves), None, asked.separation), tuple(lights), tuple(stages))
-
-
-def _places(show: Show, now: FloatArray, act: Act, progress: bool) -> tuple[IntArray, FloatArray]:
-    """Return which point of an act each vehicle flies to, -1 for none, and its goal: else above its own home."""
-    from scipy.optimize import linear_sum_assignment
-    from scipy.spatial.distance import cdist
-
-    count, points = len(act.points), np.concatenate((act.points, show.above))
-    if count == len(now):
-        order = np.asarray(assign(now, act.points, progress))
-        return order, act.points[order]
-    flat = show.separation.flat(points)
-    free = cdist(flat[count:], flat[:count]).min(axis=1) >= (show.separation.distance or 0.0)
-    if free.sum() < len(now) - count:
-        raise FleetError(
-            f"{len(now) - count} vehicles wait above their homes during act {act.name!r}, and {int(free.sum())} can, "
-            "which are apart from its points: raise the act"
-        )
-    ways = cdist(now, points, "sqeuclidean")
-    worst = float(ways.max()) * len(now) + 1.0
-    own = np.full((len(now), len(now)), worst**2)
-    own[free, free] = ways[:, count:][free, free] + worst  # as few wait as must
-    _, chosen = linear_sum_assignment(np.concatenate((ways[:, :count], own), axis=1))
-    return np.where(chosen < count, chosen, -1), points[chosen]
 
 
 def _prepared(show: Show, to: str, reach: float) -> Show:

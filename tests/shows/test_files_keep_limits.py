@@ -271,7 +271,7 @@ def test_files_beyond_the_limits_are_amber_and_a_problem(tmp_path, capsys, monke
 
 @pytest.mark.parametrize("more", [{"yaw_rate": 2.0}, {"tilt": 1.0}, {"max_thrust": 3.0}])
 def test_a_limit_that_no_flight_uses_slows_none(more):
-    """Limits that no time scales slowed every flight by 0.2 % in each of 30 rounds: 6 % longer, and refused in groups."""
+    """Limits that no time scales slowed every flight by 0.2 % in each of 30 rounds."""
     durations = []
     for limits in (minsnap.Limits(speed=3, acceleration=2), minsnap.Limits(speed=3, acceleration=2, **more)):
         show = Show(grid(2, 3.0), (Act("up", grid(2, 3.0, 6.0), 1.0),), minsnap.Separation(1.0), limits)

@@ -111,6 +111,11 @@ def test_acts_of_groups_are_at_instants(to):
         ([Act("x", LEFT), Act("z", LEFT[:5])], [Act("y", RIGHT)], "group 'a' has 6 vehicles, and its act 'z' 5 points"),
         ([Act("x", LEFT)], [Act("y", LEFT + (0, 0, 0.5))], "where groups of 'pair' end, are 0.500 m apart"),
         (
+            [Act("x", LEFT), Act("z", TOP)],
+            [Act("y", LEFT + (0, 0, 0.5)), Act("u", RIGHT)],
+            "point . of act 'x' and point . of act 'y', to which groups of 'pair' fly at once, are 0.500 m apart",
+        ),
+        (
             [Act("x", LEFT, at=2.0)],
             [Act("y", RIGHT)],
             "act 'x' is at 2 s, and within the limits nobody is there before",
@@ -127,6 +132,21 @@ def test_acts_of_groups_are_at_instants(to):
 def test_what_cannot_be_is_refused_before_it_is_planned(left, right, sentence, tmp_path):
     with pytest.raises(FleetError, match=sentence):
         fly(show_of(pair_of(tuple(left), tuple(right))), tmp_path / "kept")
+    assert not (tmp_path / "kept").exists()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_acts_near_vehicles_of_no_group_are_refused_before_anything_is_planned(turned, tmp_path):
+    """Those of no group stay where the act before has left them: above their homes, or where its move ends."""
+    home = np.array([[3.0 * i, 0.0, 0.0] for i in range(4)])
+    before = Act("line", home + (0, 0, 6.0), 1.0, moves=(Move(along=np.array([[0.0, 0, 0], [0, 4, 0]])),))
+    stays = np.array([6.0, 4.0, 6.0]) if turned else np.array([6.0, 0.0, 3.0])
+    group = Group("a", (Act("x", np.array([[0.0, 0.0, 9.0]])), Act("z", stays[None] + (0.2, 0.0, 0.0))))
+    acts = (before, Groups("pair", (group,))) if turned else (Groups("pair", (group,)), before)
+    show = Show(home, acts, APART, LIMITS, take_off=3.0)
+    said = "point 0 of act 'z' and a vehicle of no group of 'pair', which stays where it is, are 0.200 m apart"
+    with pytest.raises(FleetError, match=said):
+        fly(show, tmp_path / "kept")
     assert not (tmp_path / "kept").exists()
 
 
