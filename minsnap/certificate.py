@@ -270,10 +270,10 @@ def certify(
 
 def _in_loop(tracking: Any, wind: float, curve: Trajectory, *kept: Any) -> VehicleTube:
     """Return the tube of a vehicle in its loop; ``kept`` are walls, gates, obstacles and limits."""
-    from minsnap.vehicle_tube import check_followed, check_tracking, vehicle_tube
+    from minsnap.vehicle_tube import check_dimensions, check_tracking, vehicle_tube
 
     change = check_tracking(tracking, wind)
-    check_followed(curve)
+    check_dimensions(curve)
     return vehicle_tube(tracking, change, curve, *kept)
 
 

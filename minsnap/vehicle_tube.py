@@ -179,7 +179,7 @@ def vehicle_tube(
     wind : float
         Largest change of the wind from what it is at the start [m/s].
     curve : Trajectory
-        That :func:`check_followed` takes.
+        That :func:`check_dimensions` takes.
     walls : sequence of Walls
         Of its legs; those of derivatives are the plan's own.
     gates : mapping of int to Gate, optional
@@ -202,7 +202,7 @@ def vehicle_tube(
     return VehicleTube(loop, wind, flight, (*kept, *_thrust_conditions(loop, flight, limits)))
 
 
-def check_followed(curve: Trajectory) -> None:
+def check_dimensions(curve: Trajectory) -> None:
     """Raise VehicleError for a trajectory that is not in the plane or in space."""
     if curve.dim not in (2, 3):
         raise VehicleError(f"a vehicle has two or three coordinates, and the trajectory has {curve.dim}")

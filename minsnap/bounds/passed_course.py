@@ -110,18 +110,18 @@ def passed_course(
 def _opening(gate: Gate) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return center, round part and half sides of a rectangle or a disk around an opening, the smaller one."""
     dim = len(gate.center)
-    across = _across(gate)
-    reach = (gate.corners - gate.center) @ across.T
+    axes = _in_plane(gate)
+    reach = (gate.corners - gate.center) @ axes.T
     low, high = reach.min(axis=0) + gate.margin, reach.max(axis=0) - gate.margin
     half = 0.5 * (high - low) * (1.0 + EXACT)
     radius = float(np.sqrt((reach**2).sum(axis=1)).max()) * (1.0 + EXACT)
     none = np.zeros((3, dim))
     if dim == 3 and np.pi * radius**2 < 4.0 * half.prod():
-        return gate.center, _rows(radius * across), none
-    return gate.center + 0.5 * (low + high) @ across, none, _rows(half[:, None] * across)
+        return gate.center, _rows(radius * axes), none
+    return gate.center + 0.5 * (low + high) @ axes, none, _rows(half[:, None] * axes)
 
 
-def _across(gate: Gate) -> FloatArray:
+def _in_plane(gate: Gate) -> FloatArray:
     """Return unit vectors in the plane of an opening, the first along one of its sides."""
     side = gate.corners[1] - gate.corners[0]
     first = side / np.sqrt((side * side).sum())

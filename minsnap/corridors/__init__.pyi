@@ -20,13 +20,13 @@ from .keep_out import as_obstacles as as_obstacles
 from .keep_out import named_obstacle as named_obstacle
 from .keep_out import named_obstacles as named_obstacles
 from .keep_out import standing_at as standing_at
-from .knot_regions import GatePassage as GatePassage
-from .knot_regions import gate_passages as gate_passages
 from .moving import Moving as Moving
 from .obstacle_margins import ObstacleMargin as ObstacleMargin
 from .occupancy_grid import GridCorridor as GridCorridor
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
 from .occupancy_grid import free_cells as free_cells
+from .passages import GatePassage as GatePassage
+from .passages import gate_passages as gate_passages
 from .prism import Prism as Prism
 from .tubes import RoundTube as RoundTube
 from .tubes import Sampled as Sampled

@@ -171,7 +171,7 @@ def _with_longer(refused: InfeasibleError, task: Task, timing: Timing) -> Infeas
     if own is None or not pressing or refused.shortest is not None:
         return refused
     bounded, room, grain = _bounded(task, timing), 1.005, 1e-3
-    effort = Effort.TRY if task.jumps else Effort.GLANCE  # a glance misses some that join more smoothly
+    effort = Effort.TRY if task.joined_orders else Effort.GLANCE  # a glance misses some that join more smoothly
     attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=True), effort=effort)
     longer = least_longer(attempt, own, False, bounded.deadline)
     factor = 1.0 if longer is None else grain * ceil(room * longer.trajectory.duration / own.sum() / grain)

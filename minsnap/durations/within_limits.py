@@ -216,7 +216,7 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     """
     total, task, durations = timing.total, best.task, best.trajectory.durations
     factor = total / best.trajectory.duration
-    joins = best.task.jumps == asked.jumps  # a search joins k - 1 derivatives, whatever is asked for
+    joins = best.task.joined_orders == asked.joined_orders  # a search joins k - 1 derivatives, whatever is asked for
     if joins and (task.still or factor <= 1.0 + KEPT):
         slower = timed(best, run, factor)
         kept = keeps(timing.bounds, slower.trajectory)

@@ -9,9 +9,9 @@ import numpy as np
 
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.keep_out import clearances_of
-from minsnap.corridors.knot_regions import GatePassage, clearances
 from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import ObstacleMargin, in_space
+from minsnap.corridors.passages import GatePassage, clearances
 from minsnap.files.consistency import Membership, check_membership
 from minsnap.files.plan_file import PlanFile
 from minsnap.trajectory.samples import Samples

@@ -16,7 +16,7 @@ from minsnap.certificate import Certificate, certify
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import without_gates
 from minsnap.corridors.keep_out import Avoided
-from minsnap.corridors.knot_regions import GatePassage, gate_passages
+from minsnap.corridors.passages import GatePassage, gate_passages
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.samples import VECTORS
 from minsnap.trajectory.trajectory import Trajectory
@@ -135,10 +135,10 @@ class PlanFile:
         VehicleError
             If the wind is malformed.
         """
-        from minsnap.vehicle_tube import check_followed, check_tracking, vehicle_tube
+        from minsnap.vehicle_tube import check_dimensions, check_tracking, vehicle_tube
 
         proof, instants = self.proof, self.trajectory.leg_breaks
-        check_followed(self.trajectory)
+        check_dimensions(self.trajectory)
         passed = [(int(np.abs(instants - each.instant).argmin()), self.gates[each.gate]) for each in self.passages]
         kept = proof.walls, dict(passed), self.avoid, self.limits
         return vehicle_tube(loop, check_tracking(loop, wind), self.trajectory, *kept)

@@ -311,23 +311,23 @@ def certify_fleet(
     FleetError
         If the trajectories, the limits, the room or the obstacles do not fit together.
     """
-    flown = fleet if isinstance(fleet, Fleet) else Fleet(_listed(fleet))
-    apart = flown.separation if separation is None else as_separation(separation)
+    vehicles = fleet if isinstance(fleet, Fleet) else Fleet(_listed(fleet))
+    apart = vehicles.separation if separation is None else as_separation(separation)
     workers = check_threads(threads, FleetError)
-    pairs = () if apart is None or len(flown) < 2 else _nearest(flown, apart, reach, workers)
-    use = () if limits is None else fleet_use(flown, limits)
+    pairs = () if apart is None or len(vehicles) < 2 else _nearest(vehicles, apart, reach, workers)
+    use = () if limits is None else fleet_use(vehicles, limits)
     rooms = as_room(room)
-    margins = room_margins(flown, rooms[0]) if rooms else None
+    margins = room_margins(vehicles, rooms[0]) if rooms else None
     obstacles = as_simple(avoid)
-    clear, which = _clearances(flown, obstacles, workers) if obstacles else (None, None)
+    clear, which = _clearances(vehicles, obstacles, workers) if obstacles else (None, None)
     near = tuple(pair for pair in pairs if pair.share < reach)
-    vehicles = None
+    tube = None
     if tracking is not None or wind:
         from minsnap.fleet.fleet_tube import fleet_tube
 
-        kept = apart, rooms[0] if rooms else None, obstacles, limits_of(limits, len(flown)) if limits else None
-        vehicles = fleet_tube(flown, tracking, wind, *kept, workers)
-    return FleetCertificate(pairs[0] if pairs else None, near, use, margins, clear, which, flown, apart, vehicles)
+        kept = apart, rooms[0] if rooms else None, obstacles, limits_of(limits, len(vehicles)) if limits else None
+        tube = fleet_tube(vehicles, tracking, wind, *kept, workers)
+    return FleetCertificate(pairs[0] if pairs else None, near, use, margins, clear, which, vehicles, apart, tube)
 
 
 def _listed(fleet: Any) -> tuple[Any, ...]:

@@ -17,7 +17,7 @@ from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.limits.limits import Limits
 from minsnap.native.fleet_border import near_pairs
-from minsnap.vehicle_tube import VehicleTube, check_followed, check_tracking, strongest_wind, vehicle_tube
+from minsnap.vehicle_tube import VehicleTube, check_dimensions, check_tracking, strongest_wind, vehicle_tube
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ def fleet_tube(
     span = min(0.0, *(loop.latency - loop.lead for loop in loops)), fleet.duration
     tubes = []
     for index, (loop, curve) in enumerate(zip(loops, fleet, strict=True)):
-        check_followed(curve)
+        check_dimensions(curve)
         walls = walls_of([room], curve(curve.leg_breaks)) if room else []
         own = limits[index] if limits else None
         tubes.append(vehicle_tube(loop, change, curve, walls, {}, obstacles, own, span))

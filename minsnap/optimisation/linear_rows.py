@@ -33,7 +33,8 @@ def rows_on_pieces(problem: ReducedProblem, piece: IntArray, factors: FloatArray
 def equations(problem: ReducedProblem, base: FloatArray, scale: FloatArray | None = None) -> tuple[Any, FloatArray]:
     """Rows (e, size) of unit length and sides (e,) of all equations, in deviations from knot values.
 
-    The derivatives of order ``problem.jumps`` are continuous at the knots, and knots lie in the planes of their gates.
+    The derivatives of the orders ``problem.joined_orders`` are continuous at the knots, and knots lie in the planes of
+    their gates.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ def equations(problem: ReducedProblem, base: FloatArray, scale: FloatArray | Non
     sides = [-(normal * base[knots, 0]).sum(axis=1)]
     left = np.arange(pieces if problem.closed else pieces - 1)
     ends, axes = problem.plain_ends(base), np.repeat(np.eye(dim), len(left), axis=0)
-    for order in problem.jumps if len(left) else ():
+    for order in problem.joined_orders if len(left) else ():
         both = []
         for piece, s in ((left, np.ones(len(left))), ((left + 1) % pieces, np.zeros(len(left)))):
             factors = problem.row_factors(piece, s, order)
@@ -85,7 +86,7 @@ def of_unit_length(matrix: Any) -> tuple[Any, FloatArray]:
 
 def joined_exactly(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
     """Remove what a solver left of jumps above k - 1 and of distances to gates' planes, by the least change."""
-    if not (problem.jumps or problem.planes) or not 0 < problem.size <= DENSE:
+    if not (problem.joined_orders or problem.planes) or not 0 < problem.size <= DENSE:
         return knots
     scale = point_scale(problem)
     for _ in range(2):

@@ -100,7 +100,7 @@ class ReducedProblem:
         Knots whose free position is bounded and therefore held at its nominal value by the unbounded solve.
     closed : bool
         The last knot is the first.
-    jumps : tuple of int
+    joined_orders : tuple of int
         Orders above k - 1 that must be continuous too, by extra equality rows.
     planes : tuple of (int, ndarray of shape (dim,))
         Knots whose position must stay in a plane through the nominal one, and its unit normal.
@@ -113,7 +113,7 @@ class ReducedProblem:
     free: BoolArray
     held: BoolArray
     closed: bool = False
-    jumps: tuple[int, ...] = ()
+    joined_orders: tuple[int, ...] = ()
     planes: tuple[tuple[int, FloatArray], ...] = ()
 
     @property

@@ -169,7 +169,7 @@ class ReferenceCore:
         if not self.prove:
             return True
         told = self._told(answer)
-        return told.inside and (not self.task.jumps or continuity(told.trajectory) >= self.task.continuity)
+        return told.inside and (not self.task.joined_orders or continuity(told.trajectory) >= self.task.continuity)
 
     def _told(self, answer: Answer, *rungs: str) -> SolvedTask:
         contacts, known = NO_CONTACTS, len(answer.multipliers)

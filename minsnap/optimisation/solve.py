@@ -63,7 +63,7 @@ def solve(
         If none was found.
     """
     units = units or task.units(durations)
-    free, low = not task.constrained and not (task.jumps and task.pins), task.continuity < task.half - 1
+    free, low = not task.constrained and not (task.joined_orders and task.pins), task.continuity < task.half - 1
     native: SolvedTask | str = ""
     if free and not low and not task.free_ends:
         native = solve_without_walls(task, durations, units)
@@ -109,7 +109,7 @@ def solve_by_reference(
 
     units = units or task.units(durations)
     solved = ReferenceCore(task, durations, units, gap, prove).run(samples)
-    if task.pieces > 1 and not task.jumps and BLEND in solved.optimum.rungs:
+    if task.pieces > 1 and not task.joined_orders and BLEND in solved.optimum.rungs:
         whole = _in_one_piece(task, durations, units, gap)
         solved = whole if whole is not None and whole.inside and whole.cost < solved.cost else solved
     return replace(solved, optimum=replace(solved.optimum, handed_over=reason))

@@ -17,7 +17,7 @@ from minsnap.polynomials.extrema import maxima
 def straight_inside(curve: Curve) -> bool:
     """Whether stop-and-go satisfies every pin and stays strictly inside the walls of a curve."""
     problem = curve.problem
-    bounded = problem.values.any() or problem.jumps or any(block.order for block in curve.walls.blocks)
+    bounded = problem.values.any() or problem.joined_orders or any(block.order for block in curve.walls.blocks)
     return not bounded and all((excess < 0.0).all() for excess in _heights(straight(curve)))
 
 

@@ -117,7 +117,7 @@ class Task:
         return float(self.lengths.sum()) / self.legs or 1.0
 
     @property
-    def jumps(self) -> tuple[int, ...]:
+    def joined_orders(self) -> tuple[int, ...]:
         """Orders above k - 1 that are continuous too."""
         return tuple(range(self.half, self.continuity + 1))
 
@@ -199,7 +199,7 @@ class Task:
     def problem(self, durations: FloatArray, units: Units) -> ReducedProblem:
         """Return the reduced problem for piece durations (pieces in all,) [s]."""
         values = self.pinned / np.array([[units.of_order(order)] for order in self.slots.order.tolist()])
-        known = (self.nominal, values, self.free, self.held, self.closed, self.jumps)
+        known = (self.nominal, values, self.free, self.held, self.closed, self.joined_orders)
         return ReducedProblem(self.slots, durations / units.time, *known, planes=self._planes)
 
     @cached_property

@@ -70,12 +70,12 @@ def headings_for(limits: Limits | None, points: FloatArray) -> list[float]:
     """
     if not isinstance(limits, VehicleLimits):
         return [0.0]
-    first = across(points)
+    first = heading_across(points)
     angles = [first, 0.0, first + SETTINGS.beside, first - SETTINGS.beside]
     return list(dict.fromkeys(significant(pi / 2.0 - (pi / 2.0 - angle) % pi, 12) for angle in angles))
 
 
-def across(points: FloatArray) -> float:
+def heading_across(points: FloatArray) -> float:
     """Return the heading across the main direction of motion through points (n, dim), in [0, pi) [rad]."""
     steps = np.diff(points, axis=0)[:, :2]
     lengths = np.sqrt((steps**2).sum(axis=1))

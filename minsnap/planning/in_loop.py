@@ -31,7 +31,7 @@ from minsnap.limits.limits import Limits
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.trajectory import Plan, Trajectory
 from minsnap.vehicle.loop import Loop
-from minsnap.vehicle_tube import VehicleTube, check_followed, check_tracking, reserved_limits, vehicle_tube
+from minsnap.vehicle_tube import VehicleTube, check_dimensions, check_tracking, reserved_limits, vehicle_tube
 
 ATTEMPTS = 10
 """Plans that are tried."""
@@ -169,7 +169,7 @@ def plan_in_loop(request: PlanRequest, planned: Callable[[PlanRequest, tuple[str
 
     def followed(less: PlanRequest) -> tuple[Plan, VehicleTube]:
         curve = planned(less, (describe_loop(wind),))
-        check_followed(curve)
+        check_dimensions(curve)
         return curve, _tube(request, loop, wind, curve)
 
     return plan_kept_in_loop(loop, wind, request.limits, less, followed)

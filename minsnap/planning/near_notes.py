@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from minsnap.corridors.gate_frames import Bar
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.keep_out import Avoided, called
-from minsnap.corridors.knot_regions import gate_passages
 from minsnap.corridors.obstacle_margins import nearest_obstacle
+from minsnap.corridors.passages import gate_passages
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.trajectory.trajectory import Trajectory
 

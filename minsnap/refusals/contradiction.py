@@ -376,6 +376,6 @@ def _of_planes_and_joints(task: Task, durations: FloatArray, walls: AllWalls) ->
     """Return all planes in which waypoints lie and all continuity rows, with multipliers of 0."""
     wall, inner = np.flatnonzero(walls.equal), range(len(durations) - (not task.closed))
     s = np.concatenate([np.zeros(0), *(block.at for block in walls.blocks if block.equal and block.at is not None)])
-    joints = tuple((piece, order, axis) for order in task.jumps for axis in range(task.dim) for piece in inner)
+    joints = tuple((piece, order, axis) for order in task.joined_orders for axis in range(task.dim) for piece in inner)
     none = (Fraction(0),) * (len(wall) + len(joints))
     return Contradiction(task, durations, walls, wall, s, np.zeros((len(wall), task.dim)), joints, none)

@@ -40,7 +40,7 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     on_wall = leg_on_wall(task, Curve(problem, normalised_walls(task, problem, units), problem.values))
     if on_wall is not None:
         return on_wall
-    if problem.jumps and problem.size > DENSE // 2:
+    if problem.joined_orders and problem.size > DENSE // 2:
         return SolverError(f"{UNPROVED}try another solver=, or lower continuity={task.continuity}")
     return _joined_by_nothing(task, durations, exactly=True) or SolverError(
         "the solvers failed on a problem that has a solution: try another solver="

@@ -138,8 +138,10 @@ def gaps(t: FloatArray, *, longest: float = 0.3, steps: float = 3.0) -> FloatArr
     ----------
     t : ndarray, shape (m,)
         Instants of the samples [s], increasing.
-    longest, steps : float
-        A step is a gap when it is longer than this [s], and than so many median ones.
+    longest : float
+        Step above which samples are missing [s], if it is also longer than ``steps`` median ones.
+    steps : float
+        How many times the median step that is.
     """
     apart = np.diff(t)
     usual = float(np.median(apart)) if len(apart) else 0.0

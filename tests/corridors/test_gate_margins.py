@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.corridors.knot_regions import gate_passages
+from minsnap.corridors.passages import gate_passages
 from minsnap.errors import WaypointError
 
 START, GOAL = (0.0, 0.0, 1.0), (4.0, -1.0, 1.0)

@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap import Limits
 from minsnap.errors import InfeasibleError, YawError
-from minsnap.planning.free_heading import SETTINGS, across, choose_heading, headings_for
+from minsnap.planning.free_heading import SETTINGS, choose_heading, heading_across, headings_for
 from minsnap.vehicle.quadrotor import named_vehicle
 
 POINTS = np.array([(0, 0, 1), (4, 1, 1), (2, 5, 2), (-1, 2, 1)], dtype=float)
@@ -22,10 +22,10 @@ def test_the_first_heading_is_across_the_main_direction_of_motion():
         points = random.normal(size=(count, 3))
         steps = np.diff(points[:, :2], axis=0)
         least = np.linalg.eigh(sum(np.outer(d, d) / np.linalg.norm(d) for d in steps))[1][:, 0]
-        heading = across(points)
+        heading = heading_across(points)
         assert abs(np.cross([*least, 0], [np.cos(heading), np.sin(heading), 0])[2]) < 1e-9
-    assert across(np.array([(0, 0, 0), (3, 0, 1)])) == pytest.approx(pi / 2)
-    assert across(np.array([(0, 0, 0), (0, 0, 1)])) == across(np.zeros((2, 2)))
+    assert heading_across(np.array([(0, 0, 0), (3, 0, 1)])) == pytest.approx(pi / 2)
+    assert heading_across(np.array([(0, 0, 0), (0, 0, 1)])) == heading_across(np.zeros((2, 2)))
 
 
 def test_headings_lie_within_half_a_turn_and_yaw_zero_is_among_them():

@@ -340,7 +340,9 @@ Estimates = list[list[FittedNumber | None]]
 """Along x and y: linear, quadratic, bias, wind; None for those that are left out."""
 
 
-def _across(motion: FlightMotion, linear: BoolArray, quadratic: BoolArray, windy: bool) -> tuple[Estimates, FloatArray]:
+def _fit_axes(
+    motion: FlightMotion, linear: BoolArray, quadratic: BoolArray, windy: bool
+) -> tuple[Estimates, FloatArray]:
     """Fit the two equations along x and y; return the estimates and their values (4, 2), zero for those left out."""
     slots = np.concatenate([linear, quadratic, [True, True], [windy, windy]])
 
@@ -365,10 +367,10 @@ def _lateral_fit(
     motion: FlightMotion, excited: BoolArray, varied: BoolArray, windy: bool, notes: list[str]
 ) -> tuple[Estimates, FloatArray]:
     """Fit with quadratic parts, then without those that are not told from zero, or leave a negative linear one."""
-    estimates, values = _across(motion, excited, varied, windy)
+    estimates, values = _fit_axes(motion, excited, varied, windy)
     kept = np.array([_is_told(part) and values[0, k] >= 0.0 for k, part in enumerate(estimates[1])])
     notes += [_no_quadratic(AXES[k], estimates[1][k]) for k in np.flatnonzero(excited & ~kept)]
-    return _across(motion, excited, kept, windy) if (varied & ~kept).any() else (estimates, values)
+    return _fit_axes(motion, excited, kept, windy) if (varied & ~kept).any() else (estimates, values)
 
 
 def _turns(motion: FlightMotion, notes: list[str]) -> bool:

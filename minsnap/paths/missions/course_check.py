@@ -20,8 +20,9 @@ from minsnap.bounds.least_time import TimeBound, TimeQuestion, names_of
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import as_knots
-from minsnap.corridors.knot_regions import KnotRegion, Placement, ball_region, clearances, place
+from minsnap.corridors.knot_regions import KnotRegion, Placement, ball_region, place
 from minsnap.corridors.obstacle_margins import nearest_obstacle
+from minsnap.corridors.passages import clearances
 from minsnap.errors import InputError, WaypointError
 from minsnap.files.consistency import check_membership
 from minsnap.files.formats.pieces import through

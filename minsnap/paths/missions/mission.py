@@ -16,10 +16,10 @@ from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.named_constraints import widths_of
 from minsnap.corridors.obstacle_margins import nearest_obstacle
+from minsnap.corridors.passages import GatePassage, gate_passages
 from minsnap.durations.time_stretch import nearby_factor, touching_factor
 from minsnap.errors import InfeasibleError, SolverError, WaypointError, YawError
 from minsnap.files.plan_file import PassedStop
@@ -263,7 +263,7 @@ def _kept_by_the_vehicle(course: Course, planned: Callable[[Course], Mission]) -
     """Plan a course so that the vehicle in its loop keeps it, in a wind that changes by at most the course's."""
     from minsnap.paths.missions.narrower_course import narrower_course, wider_walls
     from minsnap.planning.in_loop import describe_loop, plan_kept_in_loop
-    from minsnap.vehicle_tube import check_followed, check_tracking
+    from minsnap.vehicle_tube import check_dimensions, check_tracking
 
     loop, change = course.tracking, check_tracking(course.tracking, course.wind or 0.0)
 
@@ -272,7 +272,7 @@ def _kept_by_the_vehicle(course: Course, planned: Callable[[Course], Mission]) -
 
     def followed(asked: tuple[Course, float]) -> tuple[Mission, VehicleTube]:
         mission = planned(asked[0])
-        check_followed(mission.trajectory)
+        check_dimensions(mission.trajectory)
         walls = tuple(wider_walls(wall, asked[1]) for wall in mission.corridor)
         said = (*mission.said, describe_loop(change))
         kept = replace(mission, course=course, limits=course.bounds, corridor=walls, said=said)
