@@ -201,13 +201,15 @@ def _angles(yaw: Any) -> FloatArray:
 def _doubt(angles: FloatArray) -> str:
     """Return a sentence on angles [rad] that may be degrees, or nearly a whole turn; empty for others.
 
-    More than a turn may be degrees where it turns nothing, as one angle, or where all angles are whole numbers.
+    More than a turn may be degrees where it turns nothing, as one angle; and more than one and a half where all angles
+    are whole numbers, and two that follow each other are more than half a turn apart.
     """
-    whole = angles.ndim == 0 or bool((angles == np.round(angles)).all())
     steps = np.abs(np.diff(angles)) if angles.ndim == 1 else np.zeros(0)
+    whole = bool((angles == np.round(angles)).all() and steps.max(initial=0.0) > np.pi)
+    many = TURN if angles.ndim == 0 else 1.5 * TURN if whole else YAW.many
     near = np.flatnonzero((steps < 2.0 * np.pi * (1.0 - EXACT)) & (steps > 2.0 * np.pi - YAW.near))
     if not near.size:
-        return in_degrees(angles, TURN if whole else YAW.many)
+        return in_degrees(angles, many)
     leg = int(near[0])
     return (
         f"yaw goes from {angles[leg]:g} to {angles[leg + 1]:g} rad on leg {leg}, nearly a turn, and turns the shorter "

@@ -64,7 +64,9 @@ def test_a_yaw_beyond_a_turn_or_nearly_one_is_doubted(yaw, said):
         minsnap.plan(POINTS, [3.0, 3.0], yaw=yaw)
 
 
-@pytest.mark.parametrize("yaw", [[0.0, 2.0 * np.pi, 4.0 * np.pi], [0.0, 6.0, 0.0], 6.28, [0.5, 7.5, 0.5], "velocity"])
+@pytest.mark.parametrize(
+    "yaw", [[0.0, 2.0 * np.pi, 4.0 * np.pi], [0.0, 6.0, 0.0], 6.28, [0.5, 7.5, 0.5], [4, 6, 8], "velocity"]
+)
 def test_turns_that_are_meant_are_not_doubted(yaw, recwarn):
     minsnap.plan(POINTS, [3.0, 3.0], yaw=yaw)
     assert not recwarn.list
