@@ -129,8 +129,7 @@ void expect_refusals_are_told(const char *what, std::size_t index, const minsnap
             const minsnap_status status = minsnap_plan(planner, &asked, &curve);
             refused_from = -1;
             bool right = status == MINSNAP_NO_MEMORY && curve.legs == 0 && minsnap_message(planner)[0] != 0;
-            if (status == MINSNAP_DONE)
-                right = minsnap_certify(planner, &asked, &curve, &proved) == MINSNAP_DONE && proved.kept == 1;
+            if (status == MINSNAP_DONE) right = minsnap_certify(planner, &asked, &curve, &proved) == MINSNAP_DONE && proved.kept == 1;
             if (!right)
                 ++wrong, std::printf("%s %zu, allocation %ld of %ld: status %d: %s\n", what, index, place, made, status,
                                      minsnap_message(planner));
