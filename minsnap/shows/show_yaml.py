@@ -37,7 +37,8 @@ METRES, NEEDED_METRES = Key(NUMBER, "[m]"), Key(NUMBER, "[m]", needed=True)
 IN_SPACE = several(NUMBER, "three numbers [m]", 3, 3)
 RGB = several(NUMBER, "red, green and blue from 0 to 255", 3, 3)
 COLOUR = either(
-    TEXT, replace(RGB, fits=lambda value: RGB.fits(value) and not any(isinstance(each, str | list) for each in value))
+    replace(TEXT, said="a name or a code of a colour"),
+    replace(RGB, fits=lambda value: RGB.fits(value) and not any(isinstance(each, str | list) for each in value)),
 )
 GRADIENT = mapping(
     {

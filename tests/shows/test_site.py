@@ -117,7 +117,7 @@ def test_curves_that_leave_the_fence_are_searched_for_again(monkeypatch):
     """Vehicles that go around each other bulge over the wall; with its walls as obstacles they do not."""
     across = np.array([[-4.0, 0.4, 0], [4.0, 0.4, 0]])
     act = Act("across", np.array([[4.0, 0.5, 2.0], [-4.0, 0.5, 2.0]]))
-    monkeypatch.setattr("minsnap.shows.show.assign", lambda now, points, progress: np.arange(len(points)))
+    monkeypatch.setattr("minsnap.shows.group_places.assign", lambda now, points, progress: np.arange(len(points)))
     fence = Fence([[-6, -6], [6, -6], [6, 1.1], [-6, 1.1]])
     show = Show(across, (act,), minsnap.Separation(1.5), LIMITS, fence=fence, room=((-9, -9, 0), (9, 9, 2.2)))
     assert fence.margin_of(fly(show).fleet) >= 0.0
