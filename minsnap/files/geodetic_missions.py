@@ -1,4 +1,4 @@
-"""Missions by latitude and longitude: QGroundControl, ArduPilot, Google Earth, DJI, Litchi, and tables.
+"""Missions by latitude and longitude: QGroundControl, ArduPilot, Google Earth, DJI, GPX, Litchi, and tables.
 
 Heights above terrain are refused: a path needs heights above one level. Heights above sea and above the ellipsoid are
 taken alike, as differences to a home that is given in the same way.
@@ -16,9 +16,11 @@ import numpy as np
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName, beginning, read_text, reading
 from minsnap.errors import FileError
+from minsnap.files.gpx_missions import read_gpx
 from minsnap.files.kml_missions import read_kml, read_kmz
 from minsnap.files.mission_items import (
     ABOVE_HOME,
+    LARGEST,
     WAYPOINT,
     GeodeticMission,
     MissionItem,
@@ -28,9 +30,6 @@ from minsnap.files.mission_items import (
     places_of,
 )
 from minsnap.files.sample_columns import GEODETIC, geodetic_columns
-
-LARGEST = 64_000_000
-"""Bytes of the largest mission that is read."""
 
 WPL = "QGC WPL"
 """How ArduPilot's text begins; versions 110 and 120 are the same but for the name."""
@@ -59,8 +58,8 @@ def read_mission(path: FileName, origin: Sequence[float] | None = None) -> Geode
     Parameters
     ----------
     path : str or path
-        ``.plan``, ``.waypoints`` or other text that begins with QGC WPL, ``.kml``, ``.kmz``, or CSV with the columns of
-        Litchi or with ``lat``, ``lon`` and ``alt``.
+        ``.plan``, ``.waypoints`` or other text that begins with QGC WPL, ``.kml``, ``.kmz``, ``.gpx``, or CSV with the
+        columns of Litchi or with ``lat``, ``lon`` and ``alt``.
     origin : sequence of 3 float, optional
         Latitude, longitude [degrees] and altitude above sea level [m] of (0, 0, 0). By default home: where the file has
         none, the ground below its first waypoint, or sea level there where its heights are above sea.
@@ -188,5 +187,11 @@ def _read_places(path: FileName, origin: Sequence[float] | None) -> GeodeticMiss
     return mission_of(f"{path}", places, np.array([*checked[0][:2], 0.0]), origin, ())
 
 
-READERS: dict[str, Reader] = {".plan": _read_plan, ".waypoints": _read_wpl, ".kml": read_kml, ".kmz": read_kmz}
+READERS: dict[str, Reader] = {
+    ".plan": _read_plan,
+    ".waypoints": _read_wpl,
+    ".kml": read_kml,
+    ".kmz": read_kmz,
+    ".gpx": read_gpx,
+}
 """By the ending of a file."""

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Iterator, Sequence
-from xml.etree import ElementTree
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,10 +16,8 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName, read_bytes, reading
 from minsnap.errors import FileError
-from minsnap.files.mission_items import GeodeticMission, Place, coordinates, mission_of
-
-LARGEST = 64_000_000
-"""Bytes of the largest file that is read, unpacked."""
+from minsnap.files.mission_items import LARGEST, GeodeticMission, Place, coordinates, mission_of
+from minsnap.files.xml_text import Element, elements, number, number_of, parse_xml, text_of, texts
 
 WAYLINES, TEMPLATE = "wpmz/waylines.wpml", "wpmz/template.kml"
 """What DJI's archives hold."""
@@ -36,8 +33,6 @@ MODES = {
 }
 """Altitude modes of KML and of DJI."""
 
-Element = ElementTree.Element
-
 
 def read_kml(path: FileName, origin: Sequence[float] | None = None) -> GeodeticMission:
     """Read the line, or the places in their order, of a KML file.
@@ -49,7 +44,7 @@ def read_kml(path: FileName, origin: Sequence[float] | None = None) -> GeodeticM
     FileError
         If it is no KML, has no heights, or several lines.
     """
-    return _mission(path, _parsed(path, read_bytes(path, LARGEST)), None, origin)
+    return _mission(path, parse_xml(path, read_bytes(path, LARGEST), "kml"), None, origin)
 
 
 def read_kmz(path: FileName, origin: Sequence[float] | None = None) -> GeodeticMission:
@@ -60,7 +55,7 @@ def read_kmz(path: FileName, origin: Sequence[float] | None = None) -> GeodeticM
     FileError
         As :func:`read_kml`, or if it is no archive or unpacks to too much.
     """
-    members = {name: _parsed(f"{path}, {name}", content) for name, content in _unpacked(path).items()}
+    members = {name: parse_xml(f"{path}, {name}", content, "kml") for name, content in _unpacked(path).items()}
     template = members.get(TEMPLATE)
     main = members.get(WAYLINES, template)
     if main is None:
@@ -80,7 +75,7 @@ def read_outline(path: FileName) -> FloatArray:
     """
     archive = str(path).lower().endswith(".kmz")
     content = next(iter(_unpacked(path).values()), b"") if archive else read_bytes(path, LARGEST)
-    rings = [_text(ring, "coordinates") for ring in _all(_parsed(path, content), "outerBoundaryIs")]
+    rings = [text_of(ring, "coordinates") for ring in elements(parse_xml(path, content, "kml"), "outerBoundaryIs")]
     if len(rings) != 1:
         raise FileError(f"{path} has {len(rings)} polygons: an area is one")
     places = np.array(_coordinates(f"{path}, the polygon", rings[0]))[:, :2]
@@ -98,21 +93,10 @@ def _unpacked(path: FileName) -> dict[str, bytes]:
         return {name: archive.read(name) for name in named}
 
 
-def _parsed(path: FileName, content: bytes) -> Element:
-    """Return the root of a file without a document type, which could define entities without end."""
-    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
-        raise FileError(f"{path} defines a document type, which is not read: leave it out")
-    with reading(path, "KML"):
-        root = ElementTree.fromstring(content)
-    if _name(root) != "kml":
-        raise FileError(f"{path} is not KML: its root is {shown(_name(root))}")
-    return root
-
-
 def _mission(
     path: FileName, root: Element, template: Element | None, origin: Sequence[float] | None
 ) -> GeodeticMission:
-    waylines = list(_all(root, "executeHeight")) or list(_all(root, "useGlobalHeight"))
+    waylines = list(elements(root, "executeHeight")) or list(elements(root, "useGlobalHeight"))
     rows, mode, asked = _wayline(f"{path}", root) if waylines else _drawn(f"{path}", root)
     if not rows:
         raise FileError(f"{path} has 0 different positions: a path needs two at least")
@@ -128,14 +112,14 @@ def _mission(
 
 def _drawn(where: str, root: Element) -> tuple[list[Place], str, list[str]]:
     """Return the places of the only line, or else of all points, and what their heights are counted from."""
-    lines = [*_all(root, "LineString"), *_all(root, "Track")]
+    lines = [*elements(root, "LineString"), *elements(root, "Track")]
     if len(lines) > 1:
         raise FileError(f"{where} has {len(lines)} lines: a mission is one")
-    drawn = lines or list(_all(root, "Point"))
-    texts = [" ".join(_texts(entry, "coordinates")) for entry in drawn]
-    tracks = [",".join(text.split()) for entry in drawn for text in _texts(entry, "coord")]
-    places = [row for text in (*texts, *tracks) for row in _coordinates(where, text)]
-    modes = {_text(entry, "altitudeMode") for entry in drawn}
+    drawn = lines or list(elements(root, "Point"))
+    joined = [" ".join(texts(entry, "coordinates")) for entry in drawn]
+    tracks = [",".join(text.split()) for entry in drawn for text in texts(entry, "coord")]
+    places = [row for text in (*joined, *tracks) for row in _coordinates(where, text)]
+    modes = {text_of(entry, "altitudeMode") for entry in drawn}
     if places and (len(modes) > 1 or not modes & MODES.keys()):
         said = " and ".join(sorted(mode or "no altitude mode" for mode in modes))
         raise FileError(f"{where} has {said}: make its altitudes absolute, or relative to the ground, for all places")
@@ -144,43 +128,43 @@ def _drawn(where: str, root: Element) -> tuple[list[Place], str, list[str]]:
 
 def _wayline(where: str, root: Element) -> tuple[list[Place], str, list[str]]:
     """Return the waypoints of the first wayline of DJI, each with the speed of the leg that leads to it."""
-    folder = next((each for each in _all(root, "Folder") if any(True for _ in _all(each, "Placemark"))), None)
+    folder = next((each for each in elements(root, "Folder") if any(True for _ in elements(each, "Placemark"))), None)
     if folder is None:
         raise FileError(f"{where} has no folder of waypoints")
-    mode = _text(folder, "executeHeightMode") or _text(folder, "heightMode")
+    mode = text_of(folder, "executeHeightMode") or text_of(folder, "heightMode")
     if MODES.get(mode) not in (ABOVE_START, ABOVE_SEA):
         raise FileError(f"{where} has heights in the mode {shown(mode)}: use relativeToStartPoint or WGS84")
-    usual, leaving = _number(folder, "autoFlightSpeed"), float("nan")
+    usual, leaving = number_of(folder, "autoFlightSpeed"), float("nan")
     places, asked = [], []
-    for i, mark in enumerate(_all(folder, "Placemark")):
+    for i, mark in enumerate(elements(folder, "Placemark")):
         place = f"{where}, waypoint {i}"
-        lat, lon, _ = _coordinates(place, _text(mark, "coordinates"))[0]
-        heights = [_number(mark, name) for name in ("executeHeight", "height", "ellipsoidHeight")]
-        heights.append(_number(folder, "globalHeight"))
+        lat, lon, _ = _coordinates(place, text_of(mark, "coordinates"))[0]
+        heights = [number_of(mark, name) for name in ("executeHeight", "height", "ellipsoidHeight")]
+        heights.append(number_of(folder, "globalHeight"))
         height = next((value for value in heights if np.isfinite(value)), None)
         lat, lon, above = coordinates(place, [lat, lon, height]).tolist()
         places.append(Place(lat, lon, above, leaving))
-        own = _number(mark, "waypointSpeed")
+        own = number_of(mark, "waypointSpeed")
         leaving = own if own > 0.0 else usual
-        asked += ["actions" for _ in _all(mark, "actionGroup")]
+        asked += ["actions" for _ in elements(mark, "actionGroup")]
     return places, MODES[mode], asked
 
 
 def _has_start(root: Element) -> bool:
-    return bool(_text(root, "takeOffRefPoint"))
+    return bool(text_of(root, "takeOffRefPoint"))
 
 
 def _start(where: str, root: Element) -> FloatArray:
     """Return where DJI's waylines begin: latitude, longitude, height."""
-    cells = _text(root, "takeOffRefPoint").split(",")
-    return coordinates(f"{where}, takeOffRefPoint", [_float(cell) for cell in cells])
+    cells = text_of(root, "takeOffRefPoint").split(",")
+    return coordinates(f"{where}, takeOffRefPoint", [number(cell) for cell in cells])
 
 
 def _coordinates(where: str, text: str) -> list[tuple[float, float, float]]:
     """Return latitude, longitude and height of ``lon,lat[,height]`` with spaces between places."""
     rows = []
     for place in text.split():
-        cells = [_float(cell) for cell in place.split(",")]
+        cells = [number(cell) for cell in place.split(",")]
         cells = [*cells, 0.0] if len(cells) == 2 else cells
         if len(cells) != 3:
             raise FileError(f"{where} has the coordinates {shown(place)}: they are longitude,latitude,height")
@@ -189,32 +173,3 @@ def _coordinates(where: str, text: str) -> list[tuple[float, float, float]]:
     if not rows:
         raise FileError(f"{where} has a place without coordinates")
     return rows
-
-
-def _float(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
-def _name(element: Element) -> str:
-    """Return the name of an element without its namespace."""
-    return str(element.tag).rpartition("}")[2]
-
-
-def _all(root: Element, name: str) -> Iterator[Element]:
-    return (element for element in root.iter() if _name(element) == name)
-
-
-def _texts(root: Element, name: str) -> list[str]:
-    return [(element.text or "").strip() for element in _all(root, name)]
-
-
-def _text(root: Element, name: str) -> str:
-    return next(iter(_texts(root, name)), "")
-
-
-def _number(root: Element, name: str) -> float:
-    value = _float(_text(root, name))
-    return float("nan") if value is None else value

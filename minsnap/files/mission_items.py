@@ -18,6 +18,9 @@ from minsnap.basics.messages import shown
 from minsnap.errors import FileError
 from minsnap.files.geodesy import local_positions
 
+LARGEST = 64_000_000
+"""Bytes of the largest mission that is read, unpacked."""
+
 WAYPOINTS = (16, 17, 18, 19, 21, 31, 82, 84, 85)
 """MAV_CMD_NAV_* that go to a position: waypoint, loiters, land, spline waypoint, take-off and landing of VTOLs."""
 

@@ -46,8 +46,9 @@ def read_waypoints(path: FileName, origin: Sequence[float] | None = None) -> Way
     """Read waypoints from YAML (``.yaml``, ``.yml``), a mission, or CSV, by the ending.
 
     Missions are ``.plan`` (QGroundControl), ``.waypoints`` (ArduPilot, and any text that begins with QGC WPL 110),
-    ``.kml`` and ``.kmz`` (Google Earth and DJI), and CSV by latitude and longitude, such as Litchi's: their waypoints
-    are metres east, north and up of an origin (:func:`minsnap.files.geodetic_missions.read_mission`).
+    ``.kml`` and ``.kmz`` (Google Earth and DJI), ``.gpx`` (receivers and route planners), and CSV by latitude and
+    longitude, such as Litchi's: their waypoints are metres east, north and up of an origin
+    (:func:`minsnap.files.geodetic_missions.read_mission`).
 
     CSV has a header with ``x,y`` and optionally ``z``, ``yaw`` [rad] or ``yaw [deg]``, and ``duration`` or ``t`` [s];
     plain numbers without a header are x,y or x,y,z. Commas, semicolons, tabs or spaces separate them; capitals, empty

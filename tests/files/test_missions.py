@@ -270,6 +270,42 @@ def test_a_mission_of_litchi_and_a_table_by_latitude(tmp_path):
     assert not is_mission(tmp_path / "none.csv") and is_mission("a.plan")
 
 
+TRACK = [("47.398", "8.5456", "500"), ("47.3981", "8.546", "510"), ("47.3982", "8.547", "510")]
+
+
+def gpx(line="trk", place="trkpt", rows=TRACK, more="", after=""):
+    """A file of one line of places, in segments if it is a track, or of places alone; and what follows it."""
+    places = [f'<{place} lat="{lat}" lon="{lon}"><ele>{ele}</ele>{more}</{place}>' for lat, lon, ele in rows]
+    if line == "trk":
+        places = [f"<trkseg>{''.join(part)}</trkseg>" for part in (places[:2], places[2:])]
+    inner = "".join(places) if line is None else f"<{line}><name>home</name>{''.join(places)}</{line}>"
+    head = '<?xml version="1.0"?><gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><metadata/>'
+    return f"{head}{inner}{after}</gpx>"
+
+
+@pytest.mark.parametrize(("kind", "place"), [("trk", "trkpt"), ("rte", "rtept"), (None, "wpt")])
+def test_a_gpx_is_the_same_mission_as_a_kml(tmp_path, kind, place):
+    drawn = line(" ".join(f"{lon},{lat},{ele}" for lat, lon, ele in TRACK))
+    (tmp_path / "a.kml").write_text(kml(drawn))
+    (tmp_path / "a.gpx").write_text(gpx(kind, place))
+    mission, other = read_mission(tmp_path / "a.gpx"), read_mission(tmp_path / "a.kml")
+    assert (mission.points == other.points).all() and (mission.home == other.home).all()
+    assert read_waypoints(tmp_path / "a.gpx", (47.398, 8.5456, 490.0)).points[0, 2] == pytest.approx(10.0)
+
+
+def test_what_a_gpx_holds_beside_its_positions_is_said(tmp_path):
+    """Gaps of a track are flown straight, and the recorded times are not."""
+    stray = '<wpt lat="47" lon="8"><ele>1</ele></wpt>'
+    (tmp_path / "a.gpx").write_text(gpx(more="<time>2026-11-30T05:00:00Z</time>", after=2 * stray))
+    mission = read_mission(tmp_path / "a.gpx")
+    assert mission.left_out.endswith("out of the mission: gaps between segments, times, waypoints (2 times)")
+    assert len(mission.points) == 3
+    (tmp_path / "b.gpx").write_text(gpx("rte", "rtept", after="<trk/><trk/>"))
+    assert read_mission(tmp_path / "b.gpx").left_out.endswith(": tracks (2 times)")
+    (tmp_path / "c.gpx").write_text(gpx("rte", "rtept"))
+    assert not read_mission(tmp_path / "c.gpx").left_out
+
+
 ROUND = (
     "<Polygon><outerBoundaryIs><LinearRing><coordinates>8,47,0 8.1,47,0 8.1,47.1,0 8,47,0</coordinates></LinearRing>"
 )
@@ -303,6 +339,17 @@ BAD = {
         (kml(line("8.5,97.3,1")), "has the coordinates"),
         (wayline("realTimeFollowSurface"), "use relativeToStartPoint or WGS84"),
         (wayline().replace("<wpml:executeHeight>31</wpml:executeHeight>", ""), "waypoint 1 has the coordinates"),
+    ],
+    "a.gpx": [
+        ("no xml", "is not GPX"),
+        ("<kml></kml>", "is not GPX: its root is 'kml'"),
+        ("<!DOCTYPE a><gpx/>", "defines a document type"),
+        ("<gpx/>", "0 different positions"),
+        ("<gpx><trk/><trk/></gpx>", "has 2 tracks: a mission is one"),
+        (gpx().replace("<ele>510</ele>", ""), "place 1 has no height: give each an <ele>"),
+        (gpx().replace('lat="47.3981"', 'lat="north"'), "place 1 has the coordinates"),
+        (gpx().replace('lat="47.3981"', ""), "place 1 has the coordinates"),
+        (gpx().replace("<ele>500</ele>", "<ele>5_00</ele>"), "place 0 has the coordinates"),
     ],
     "a.csv": [
         (LITCHI.format(1), "waypoint 0 gives its altitude above the ground"),

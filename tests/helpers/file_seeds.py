@@ -98,6 +98,9 @@ MISSIONS = {
 PICTURE = b"P5\n# map\n4 3\n255\n" + bytes([0, 254, 205, 254, 254, 254, 254, 0, 254, 100, 254, 254])
 
 TEXTS = {
+    "route.gpx": '<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><trk><name>a</name><trkseg>'
+    '<trkpt lat="47.398" lon="8.5456"><ele>500</ele><time>2026-11-30T05:00:00Z</time></trkpt></trkseg><trkseg>'
+    '<trkpt lat="47.3981" lon="8.546"><ele>510.5</ele></trkpt></trkseg></trk></gpx>',
     "ground.asc": "ncols 3\nnrows 2\nxllcorner -5\nyllcorner 0.5\ncellsize 10\nNODATA_value -9999\n1 2 3\n4 5 -9999\n",
     "map.yaml": "image: map.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
     "free_thresh: 0.196\n",
@@ -151,7 +154,7 @@ def readers():
     by_reader = {
         read_any: "path.csv piece.csv path.yaml path.npz samples.npz path.json path.yml path.traj path.skyb "
         "path.parquet log.ulg log.bin log.mcap log.db3",
-        minsnap.read_waypoints: " ".join(("points.csv", "points.yaml", *MISSIONS)),
+        minsnap.read_waypoints: " ".join(("points.csv", "points.yaml", "route.gpx", *MISSIONS)),
         read_vehicle: "vehicle.yaml",
         minsnap.read_course: "course.yaml",
         read_spec: "batch.yaml",
