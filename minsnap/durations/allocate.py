@@ -26,8 +26,8 @@ from minsnap.refusals.sentences import UnlimitedError
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
 
-PARTS = (3, 2)
-"""Pieces a leg where their number is left to the plan, and one has no plan: the second where the first has no end."""
+PARTS = 3
+"""Pieces a leg where their number is left to the plan, and its search has no end."""
 
 
 def plan_timed(task: Task, timing: Timing) -> Timed:
@@ -53,6 +53,7 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
     """Plan as asked; where the number of pieces is left to the plan and there is none, with a number of them.
 
     A limit on a derivative that jumps between polynomials, as snap of degree 5, limits one alone; else three are tried.
+    They are searched besides where the rate of a yaw is limited, whose searches end at many curves.
     """
     outcome, several = _tried(task, timing), replace(timing, refine=False)
     if not timing.refine:
@@ -62,16 +63,15 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
     refused = outcome.refused
     if refused is None or not task.explained:
         outcome = _otherwise(outcome, task, timing)
-        if not (outcome.stands_in and task.explained):
+        turns = timing.shortest and timing.bounds.yaw_rate is not None and outcome.end is End.KEPT
+        if not ((outcome.stands_in or turns) and task.explained):
             return outcome
     else:
         short = too_short(task, timing)  # a refusal of one piece proves nothing of more
         if short is not None:
             return PlanOutcome(reason=short)
-    parted = [timing.in_time(replace(task, pieces=parts)) for parts in PARTS]
-    other = outcome_of(lambda: _otherwise(_tried(parted[0], several), parted[0], several))
-    if timing.shortest and (other.refused is not None or other.stands_in):
-        other = other.or_quicker(_tried(parted[1], several))
+    parted = timing.in_time(replace(task, pieces=PARTS))
+    other = outcome_of(lambda: _otherwise(_tried(parted, several), parted, several))
     if refused is None or not isinstance(other.reason, UnprovedError):
         return other.or_quicker(outcome)
     shortest = min(other.reason, refused, key=lambda error: getattr(error, "shortest", None) or inf)

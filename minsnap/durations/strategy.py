@@ -9,7 +9,7 @@
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
 2. Where no curve is certified, the least cost in barely longer durations of what the search left, which had no end, or
-   uses more than a search knows.  One piece, and several, the same way.
+   uses more than a search knows.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
 4. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
@@ -18,7 +18,7 @@
 6. Rest at every waypoint, where the search was ended, or longer times are asked for.
 
 The shortest flight of all is taken; without any, the reason why there is none.  Time, work and Ctrl-C end it between
-two of them with the best so far.
+two of them with the best so far.  Every smaller number of pieces is searched the same way (``ways.py``).
 """
 
 from __future__ import annotations
@@ -238,8 +238,7 @@ class Strategy:
         found = self._next(NOTHING, lambda nothing: self.solve(guess))
         if found.solved is None and self._known:
             found = self._next(found, self._in_longer_durations)
-        if found.solved is None or found.stands_in or self._undivided(found.solved):
-            found = self._next(found, self._from_fewer_pieces)
+        if found.solved is None or found.stands_in:
             found = self._next(found, self._in_durations_found)
         found = self._next(found, self._with_room)
         if not found.hopeless:
@@ -268,10 +267,6 @@ class Strategy:
                     raise
                 self.watched.ended = late
         return found.then(later)
-
-    def _undivided(self, solved: SolvedTask) -> bool:
-        """Whether a plan has one piece a leg where fewer came first, and more would follow."""
-        return self._fewer_first and solved.trajectory.pieces == 1
 
     def solve(self, guess: Guess | None, price: float = 0.0) -> Attempt:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
@@ -629,26 +624,6 @@ class Strategy:
         solved = self._straight(self.times)
         slower = self._touching(solved, self.limits, 1.0) if solved.inside else None
         return slower if slower is not None and keeps(self.limits, slower.flown) else None
-
-    def _from_fewer_pieces(self, found: Attempt) -> Attempt:
-        """Search with one piece a leg where there is no curve, then with several, or cut it into the wanted number."""
-        task, refine = self.task, self.timing.refine
-        if task.pieces == 1 and not refine:
-            return NOTHING
-        first, guess = NOTHING, None
-        if not self._fewer_first:
-            alone = self._alike(1)
-            first = alone.solve(None)
-            first = replace(first.then(alone._in_longer_durations(first)), curve=None)  # what is left has other pieces
-            if first.solved is None or self.interrupted:
-                return first
-            guess = None if refine else guess_of(first.solved.trajectory, alone.task)
-        several = self._alike(QUESTION.divisions[0]) if refine else self
-        more = several.solve(guess)
-        more = more.then(several._in_longer_durations(more))
-        if refine:
-            return first.then(replace(more, curve=None))
-        return replace(first, solved=None if first.solved is None else self.cut(first.solved)).then(more)
 
     def _alike(self, pieces: int) -> Strategy:
         """Return the same search of a fixed number of pieces a leg; its steps and its end are those of this one."""

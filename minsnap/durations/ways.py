@@ -195,7 +195,11 @@ def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = No
     if not (timing.in_time(task).deadline.has_last_try() if spent else task.pieces > 1):
         return found
     fewer = replace(task, pieces=1 if spent else task.pieces - 1, explained=False)
-    return _quicker(found, _divided(shortest_of_starts(fewer, replace(timing, refine=False)), task, timing))
+    divided = _divided(shortest_of_starts(fewer, replace(timing, refine=False)), task, timing)
+    if (found.planned is None or found.stands_in) and divided.planned is not None and not spent:
+        curve = divided.planned.solved.trajectory
+        divided = _quicker(divided, outcome_of(lambda: Strategy(task, timing).run(curve)))
+    return _quicker(found, divided)
 
 
 def _of_starts(task: Task, timing: Timing) -> PlanOutcome:

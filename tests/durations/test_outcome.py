@@ -80,6 +80,16 @@ def test_more_pieces_are_no_longer_than_fewer(seed):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 3])
+def test_within_the_rate_of_a_yaw_pieces_left_to_the_plan_are_no_longer_than_three(seed):
+    """It flew 8.52 and 9.24 s, where three pieces took 5.21 and 8.52."""
+    points = np.cumsum(np.random.default_rng(seed).normal(size=(6, 3)) * [3, 3, 1], axis=0)
+    asked = {"limits": Limits(speed=4.0, acceleration=8.0, yaw_rate=1.0), "yaw": "velocity"}
+    auto, three = (minsnap.plan(points, pieces=pieces, **asked) for pieces in ("auto", 3))
+    assert auto.duration <= three.duration * (1.0 + 1e-6)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("pieces", [3, "auto"])
 def test_where_work_ends_a_search_of_many_pieces_one_is_searched(pieces):
     """It flew 8.95 and 7.38 s, and one piece a leg 5.04."""

@@ -274,7 +274,11 @@ Status ShortestPlan::run(CurveMemory &curve) {
         return says_(Status::no_memory, "there is no memory for the walls of %lld legs", static_cast<long long>(course_.legs));
     Attempt found;
     of_pieces(course_.pieces, found);
-    if (course_.pieces == 0 && (found.solved.legs == 0 || found.stands_in) && goes_on(found)) parted(found);
+    if (course_.pieces == 0 && (found.solved.legs == 0 || found.stands_in) && goes_on(found)) {  // with three, and fewer
+        Attempt three;
+        of_pieces(P::divided[0], three);
+        found.shorter(three.solved, three.stands_in);
+    }
     const bool searched = found.solved.legs > 0;
     Buffer<double> times;
     const bool slow = !searched || (end_.ended && stop_and_go(times) && found.solved.total() > summed(times.data(), course_.legs));
@@ -310,17 +314,21 @@ void ShortestPlan::Attempt::then(Attempt &later) {
     unlimited = unlimited || later.unlimited;
 }
 
-// A flight of so many polynomials a leg, or one of fewer, divided, where that is shorter: every flight of fewer is one of more. Where many, or those that
-// a search chose, took all of the work, one polynomial a leg is searched in little more.
+// A flight of so many polynomials a leg, or one of fewer, divided, where that is shorter: every flight of fewer is one of more. A search without an end
+// is repeated from that one. Where many, or those that a search chose, took all of the work, one polynomial a leg is searched in little more.
 void ShortestPlan::of_pieces(std::int64_t pieces, Attempt &found) {
     of_starts(pieces, found);
     if (found.hopeless() || pieces == 1) return;
     const bool spent = end_.ended;
     if (spent ? !has_last_try() : pieces == 0) return;
-    Attempt whole;
+    Attempt fewer, finer;
+    of_pieces(spent ? 1 : pieces - 1, fewer);
     CurveMemory divided;
-    of_pieces(spent ? 1 : pieces - 1, whole);
-    if (whole.solved.legs > 0 && cut(whole.solved, std::max<std::int64_t>(pieces, 1), divided)) found.shorter(divided, whole.stands_in);
+    Guess guess;
+    const bool known = fewer.solved.legs > 0 && cut(fewer.solved, std::max<std::int64_t>(pieces, 1), divided);
+    if (known && !spent && (found.solved.legs == 0 || found.stands_in) && guess_of(divided, guess)) of_strategy(pieces, &guess, finer);
+    if (known) found.shorter(divided, fewer.stands_in);
+    found.shorter(finer.solved, finer.stands_in);
     end_.ended = end_.ended || spent;
 }
 
@@ -345,62 +353,16 @@ void ShortestPlan::of_starts(std::int64_t pieces, Attempt &found) {
     found.shorter(other.solved, other.stands_in);
 }
 
-// Where the number of pieces is left to a search that has no end, with three of them, and with two where three have none.
-void ShortestPlan::parted(Attempt &found) {
-    Attempt three;
-    of_pieces(P::divided[0], three);
-    if (three.solved.legs == 0 || three.stands_in) {
-        Attempt two;
-        of_pieces(P::divided[1], two);
-        three.shorter(two.solved, two.stands_in);
-    }
-    found.shorter(three.solved, three.stands_in);
-}
-
-// What is tried for a number of pieces: a search; where that has no plan, durations barely longer than it left, searches with fewer pieces, and least cost
-// in the durations it left.
+// What is tried for a number of pieces: a search; where that has no plan, durations barely longer than it left, and least cost in the durations it left.
 void ShortestPlan::of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found) {
     per_leg_ = pieces, longest_ = 0.0;
     solve(guess, found);
     if (goes_on(found)) in_longer_durations(found);
-    if (found.solved.legs > 0 && !found.stands_in && !(fewer_first() && found.solved.pieces == 1)) return;
-    if (goes_on(found)) {
-        Attempt later;
-        from_fewer_pieces(pieces, later);
-        found.then(later);
-    }
-    per_leg_ = pieces;
-    if (goes_on(found)) {
+    if ((found.solved.legs == 0 || found.stands_in) && goes_on(found)) {
         Attempt later;
         in_durations_found(found.left, later);
         found.then(later);
     }
-}
-
-// One piece a leg where there is no curve, then several; or one, cut into the wanted number.
-void ShortestPlan::from_fewer_pieces(std::int64_t pieces, Attempt &found) {
-    if (pieces == 1) return;
-    const bool chosen = pieces == 0;
-    Guess guess;
-    bool guessed = false;
-    if (!fewer_first()) {
-        per_leg_ = 1;
-        solve(nullptr, found);
-        in_longer_durations(found);
-        found.left.legs = 0;
-        if (found.solved.legs == 0 || end_.over()) return;
-        guessed = !chosen && guess_of(found.solved, guess);
-    }
-    per_leg_ = chosen ? P::divided[0] : pieces;
-    Attempt more;
-    solve(guessed ? &guess : nullptr, more);
-    in_longer_durations(more);
-    if (chosen) more.left.legs = 0;
-    if (CurveMemory divided; !chosen && found.solved.legs > 0) {
-        if (!cut(found.solved, pieces, divided)) divided.legs = 0;
-        found.solved.swap(divided);
-    }
-    found.then(more);
 }
 
 // The least cost in durations barely longer than those of a search that left no plan: its curve has no end, or uses more than the search knows.

@@ -82,9 +82,7 @@ private:
     void of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found);
     void solve(const Guess *guess, Attempt &found);
     void divided(Attempt &found);
-    void from_fewer_pieces(std::int64_t pieces, Attempt &found);
     void in_longer_durations(Attempt &found);
-    void parted(Attempt &found);
     void in_durations_found(const CurveMemory &left, Attempt &found);
     bool planned(const CurveMemory &left, CurveMemory &curve);
     void hurried(Attempt &found);
