@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -148,10 +149,28 @@ def mapping(keys: Mapping[str, Key], said: str, marks: Collection[str] = ()) -> 
     return Form(said, fits, made, json | {"additionalProperties": False})
 
 
+MEANT = {
+    **dict.fromkeys(("obstacles", "obstacle", "no_fly_zones"), "avoid"),
+    **dict.fromkeys(("max_speed", "speed", "velocity", "v_max", "vmax", "max_velocity"), "limits: {speed: 3}"),
+    **dict.fromkeys(("max_acceleration", "acceleration", "a_max", "amax", "max_accel"), "limits: {acceleration: 6}"),
+    **dict.fromkeys(("points", "path", "route"), "waypoints"),
+    **dict.fromkeys(("time", "duration"), "total_time"),
+    **dict.fromkeys(("yaw", "yaw_deg", "angle", "direction"), "heading_deg"),
+    **dict.fromkeys(("loops", "repeat", "rounds"), "laps"),
+    **dict.fromkeys(("wait", "pause", "delay"), "hold"),
+    **dict.fromkeys(
+        ("lat", "lon", "latitude", "longitude"), "x, y and z; latitudes are those of a CSV lat,lon,alt or a mission"
+    ),
+    **dict.fromkeys(("tolerance", "acceptance_radius"), "ball"),
+}
+"""Keys that others have, and what is written here: the word before a sign is the key."""
+
+
 def refuse_unknown(where: str, content: Mapping[Any, Any], known: Mapping[str, Any]) -> None:
     """Raise FileError for the first key that is not known, with the one that may be meant."""
     for unknown in [key for key in content if key not in known][:1]:
-        near = get_close_matches(str(unknown), known, 1)
+        meant = MEANT.get(str(unknown), "")
+        near = [meant] if re.split(r"[:,]", meant)[0] in known else get_close_matches(str(unknown), known, 1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise FileError(f"{where}: {shown(unknown)} is not known: {hint}the keys are {', '.join(known)}")
 

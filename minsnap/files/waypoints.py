@@ -11,7 +11,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import explains_names
-from minsnap.basics.schema import NUMBER, Key, mapping, several
+from minsnap.basics.schema import NUMBER, Key, mapping, refuse_unknown, several
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
 from minsnap.basics.storage.text import FileName, beginning, load_yaml
 from minsnap.corridors.given_waypoints import Waypoints
@@ -85,6 +85,10 @@ def read_waypoints(path: FileName, origin: Sequence[float] | None = None) -> Way
         raise FileError(f"{path} has no latitudes and longitudes: leave the origin out")
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         return waypoints_of(f"{path}", load_yaml(path))
+    if Path(path).suffix.lower() == ".json" and beginning(path):
+        raise FileError(
+            f"{path} is no plan that was written here: give waypoints as .csv or .yaml, whose lists JSON has too"
+        )
     table = _table(path)
     if "hold" in table:
         raise FileError(f"{path} has a column hold: it is a course, which minsnap plan and minsnap.read_course take")
@@ -158,6 +162,8 @@ def waypoints_of(path: str, content: Any) -> Waypoints:
     """
     keys = content if isinstance(content, dict) else {"waypoints": content}
     unknown = [key for key in keys if key not in ("waypoints", "yaw", "durations")]
+    if unknown and isinstance(keys.get("waypoints"), list):
+        refuse_unknown(path, keys, dict.fromkeys(("waypoints", "yaw", "durations", "limits", "avoid", "total_time")))
     if unknown or not isinstance(keys.get("waypoints"), list) or not keys["waypoints"]:
         raise FileError(f"{path}: needs a list of waypoints, alone or under 'waypoints' beside 'yaw' and 'durations'")
     rows = [_waypoint(f"{path}, waypoint {i}", item) for i, item in enumerate(keys["waypoints"])]

@@ -125,7 +125,7 @@ def test_what_is_read_cannot_be_written_to(write):
         ("a.csv", "x,y,duration\n0,0,1\n8,1,\n9,1,2\n", "one empty; 1 are"),
         ("a.yaml", "", "needs a list of waypoints"),
         ("a.yaml", "[]", "needs a list of waypoints"),
-        ("a.yaml", "speed: 3\nwaypoints: [[0, 0], [1, 1]]", "needs a list of waypoints"),
+        ("a.yaml", "speed: 3\nwaypoints: [[0, 0], [1, 1]]", "'speed' is not known: did you mean limits: "),
         ("a.yaml", "- [0, 0, 1]\n- [1]\n", r"waypoint 1 is \[1\]: give"),
         ("a.yaml", "- [0, 0, 1]\n- {x: 1, y: 1, height: 3}\n", "waypoint 1: 'height' is not known"),
         ("a.yaml", "- [0, 0, 1]\n- [1, 2]\n", "waypoint 1: z is missing"),

@@ -44,7 +44,8 @@ def read_table(path: FileName, required: Sequence[str], optional: Sequence[str] 
     names = [cell.strip() for cell in lines[0].split(",")]
     missing = [name for name in required if name not in names]
     if missing:
-        hint = "; waypoints have no instants before they are planned" if missing == ["t"] and "x" in names else ""
+        plain = all(map(_is_finite, names)) or (missing == ["t"] and "x" in names)
+        hint = "; waypoints have no instants before they are planned" if plain else ""
         header = ",".join(names)[:80]
         raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the header reads {header!r}{hint}")
     _check_names(f"{path}, line 1", names, names if optional is None else [*required, *optional])
