@@ -9,6 +9,7 @@ import minsnap
 from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
 from minsnap.basics.checks import DERIVATIVES
 from minsnap.durations import allocate, resting, within_limits
+from minsnap.durations.refused_times import AskedTimes
 from minsnap.durations.timing import Timed
 from minsnap.last_look import fault
 from minsnap.native.free_optimum import resting_optimum
@@ -43,7 +44,7 @@ def test_a_wall_that_the_solver_does_not_know_is_seen(monkeypatch, corridor, ask
             return solve(replace(task, walls=[*task.walls[:off], *task.walls[off + 1 :]]), *others)
 
         monkeypatch.setattr(allocate, "_timed", without)
-        monkeypatch.setattr(allocate, "in_other_times", lambda *others: None)
+        monkeypatch.setattr(AskedTimes, "in_other_times", lambda *others: None)
         monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *others: None)
         with pytest.raises(SolverError, match=r"refused at the last look: it leaves the .* by [\d.e-]+ at"):
             minsnap.plan(POINTS, corridor=corridor, **asked)
@@ -58,7 +59,7 @@ def test_a_limit_that_the_solver_does_not_know_is_seen(monkeypatch):
         return solve(task, replace(timing, limits=faster), *others)
 
     monkeypatch.setattr(allocate, "_timed", loose)
-    monkeypatch.setattr(allocate, "in_other_times", lambda *others: None)
+    monkeypatch.setattr(AskedTimes, "in_other_times", lambda *others: None)
     monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *others: None)
     with pytest.raises(SolverError, match="last look: speed reaches .* where 3 is allowed"):
         minsnap.plan(POINTS, limits=Limits(speed=3.0))

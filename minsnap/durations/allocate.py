@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ from minsnap.basics.deadline import LATE, LateError
 from minsnap.durations.initial_guess import priced_first_guess
 from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.outcome import End, PlanOutcome, if_possible, outcome_of, quickest
-from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, too_short
+from minsnap.durations.refused_times import AskedTimes
 from minsnap.durations.timing import Run, Timed, Timing, solved_or_explained, timed
 from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError, UnprovedError
 from minsnap.last_look import fault
@@ -67,7 +66,7 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
         if not ((outcome.stands_in or turns) and task.explained):
             return outcome
     else:
-        short = too_short(task, timing)  # a refusal of one piece proves nothing of more
+        short = AskedTimes(task, timing).too_short()  # a refusal of one piece proves nothing of more
         if short is not None:
             return PlanOutcome(reason=short)
     parted = timing.in_time(replace(task, pieces=PARTS))
@@ -80,7 +79,7 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
 
 def _tried(task: Task, timing: Timing) -> PlanOutcome:
     """Plan once, and look at the plan before it leaves."""
-    outcome = outcome_of(lambda: _timed(task, timing, partial(too_short, task, timing)))
+    outcome = outcome_of(lambda: _timed(task, timing, AskedTimes(task, timing).too_short))
     return outcome if outcome.planned is None else _seen(outcome.planned, task, timing)
 
 
@@ -94,23 +93,24 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
        what stands in for a search without an end, too.
     4. What is proved of the times of the request.
     """
+    asked = AskedTimes(task, timing)
     if isinstance(outcome.reason, UnlimitedError):
         return PlanOutcome(reason=LimitError(str(outcome.reason)))
     if outcome.end is End.SPENT:
         outcome = _or_rest(outcome, task, timing)
     if isinstance(outcome.reason, LateError):
-        short = None if task.deadline.late else too_short(task, timing)
+        short = None if task.deadline.late else asked.too_short()
         return outcome if short is None else PlanOutcome(reason=short)
     if outcome.stands_in:
-        found = if_possible(lambda: in_other_times(task, timing, SolverError("the search had no end")))
+        found = if_possible(lambda: asked.in_other_times(SolverError("the search had no end")))
         return outcome.or_quicker(_seen(found, task, timing)) if isinstance(found, Timed) else outcome
     refused = outcome.refused
     if refused is None or not task.explained:
         return outcome
-    again = by_necessary_walls(task, timing, refused)
+    again = asked.by_necessary_walls(refused)
     if isinstance(again, Timed):
         return _seen(again, task, timing)
-    other = in_other_times(task, timing, again)
+    other = asked.in_other_times(again)
     if isinstance(other, InfeasibleError):
         return PlanOutcome(reason=other)
     longer = quickest((other, _at_rest(task, timing)))
@@ -118,7 +118,7 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
         return _seen(replace(longer, stands_in=True), task, timing)
     if isinstance(again, SolverError) and timing.in_time(task).deadline.late:
         return PlanOutcome(reason=LateError(LATE))
-    return PlanOutcome(reason=explained_by_times(again, task, timing))
+    return PlanOutcome(reason=asked.explained(again))
 
 
 def _at_rest(task: Task, timing: Timing) -> Timed | None:

@@ -162,9 +162,10 @@ def _demands(walls: Walls, state: FloatArray, moment: float, lenience: tuple[flo
     order = walls.order
     if order >= len(state):
         return demands
-    demands.append(Demand(walls, np.ones(1), _room(walls)))
+    end, room = np.ones(1), _room(walls)
+    demands.append(Demand(walls, end, room))
     if order and order + 1 < len(state):
-        demands.append(Demand(walls, np.ones(1), _room(walls), ahead=RECOVERY.moment_ahead * moment))
+        demands.append(Demand(walls, end, room, ahead=RECOVERY.moment_ahead * moment))
     return demands
 
 

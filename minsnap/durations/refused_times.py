@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
 from typing import TYPE_CHECKING
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LateError
 from minsnap.durations.fitting_durations import fitting_durations
@@ -37,210 +38,227 @@ if TYPE_CHECKING:
 Refused = InfeasibleError | SolverError
 
 
-def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | InfeasibleError | None:
-    """Plan in other times where those that a search chose have no plan; None where there is none, or none may be.
+@dataclass(frozen=True, eq=False)
+class AskedTimes:
+    """The times that a request asks for or leaves to the plan, after a refusal: what else there is, and what is proved.
 
-    Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
-    Or a proof that all times, or the total, are too short.
+    Parameters
+    ----------
+    task : Task
+    timing : Timing
     """
-    mine = timing.durations is None
-    short = too_short(task, timing, refused) if _own_times(task, timing) is None else None
-    if short is not None:
-        return short
-    if not mine or task.samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
-        return None
-    bounded, total = _bounded(task, timing), timing.total_time
-    attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=total is not None), effort=Effort.TRY)
-    slows = task.still and not any(wall.order for wall in task.walls)
-    tried = (
-        least_longer(attempt, durations, slows, bounded.deadline)
-        if total is None
-        else attempt(total / durations.sum() * durations)
-        for durations in _proportions(task, timing, refused)
-    )
-    planned = next((one for one in tried if one is not None), None)
-    if planned is not None or _searched_in_vain(timing, refused):
-        return planned
-    return _where_free_curves_fit(task, bounded, timing, refused)
 
+    task: Task
+    timing: Timing
 
-def _searched_in_vain(timing: Timing, refused: Refused) -> bool:
-    """Whether the shortest plan of a search takes longer than a total."""
-    shortest = getattr(refused, "shortest", None)
-    return timing.total_time is not None and shortest is not None and shortest > timing.total
+    def in_other_times(self, refused: Refused) -> Timed | InfeasibleError | None:
+        """Plan in other times where those that a search chose have no plan; None where there is none, or none may be.
 
-
-def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: Refused) -> Timed | None:
-    """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
-    starts = (leg_sums(one, task.pieces) for one in _proportions(task, timing, refused))
-    fitting = fitting_durations(bounded, starts, timing.total_time, bounded.deadline)
-    if fitting is None:
-        return None
-    priced = timing.time_weight is not None or timing.total_time is not None
-    if timing.limits is not None and task.still and not priced:
-        return shortest_scaled(task, timing, task.piece_durations(fitting))
-    if timing.time_weight is not None and task.still:
-        free = found_in(replace(bounded, walls=()), task.piece_durations(fitting), Effort.WHOLE)
-        factor = 1.0 if free is None else priced_factor(free, timing.time_weight)
-        fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
-    cheapest, run = fitting, NO_RUN
-    if priced:
-        cheapest, run = cheapest_durations(bounded, timing, fitting, timing.time_weight)
-    plan = plans_for(bounded, task, timing, run, exact=priced)
-    tried = (plan(task.piece_durations(cheapest + share * (fitting - cheapest))) for share in (0.0, 1e-3, 0.03, 1.0))
-    return next((planned for planned in tried if planned is not None), None)
-
-
-def by_necessary_walls(task: Task, timing: Timing, refused: Refused) -> Timed | Refused:
-    """Plan anew, or refuse, where a proof is by walls that are sufficient for a limit, but not necessary."""
-    limits, proof = timing.limits, refused.contradiction if isinstance(refused, InfeasibleError) else None
-    if limits is None or proof is None or len(getattr(proof, "durations", ())) != task.legs * task.pieces:
-        return refused
-    walls = limits.necessary_walls(task.waypoints)
-    others = [wall for wall in limits.walls(task.waypoints) if wall not in walls]
-    doubtful = {(wall.order, radius) for wall in others for radius in wall.radius.tolist()}
-    if doubtful.isdisjoint(zip(proof.orders.tolist(), proof.walls.radius[proof.wall].tolist(), strict=True)):
-        return refused
-    solved = solved_or_explained(task.with_walls(walls), proof.durations)
-    if isinstance(solved, LateError):
-        raise solved
-    if isinstance(solved, InfeasibleError | SolverError):
-        return solved
-    if isinstance(solved, SolvedTask) and _of_these_times(proof, task, timing):
-        planned = timed(solved)
-        kept = planned if keeps(limits, planned.trajectory) else searched_in_time(planned.solved, task, timing)
-        if kept is not None:
-            return kept
-    return unproved(refused) if isinstance(refused, InfeasibleError) else refused
-
-
-def _for_all_times(task: Task, timing: Timing, refused: Refused) -> bool:
-    """Whether a proof is of all times: of one leg from rest to rest by walls on positions, or of its total."""
-    proof = getattr(refused, "contradiction", None)
-    if proof is None or task.legs > 1 or timing.refine:
-        return False
-    if timing.total_time is not None:
-        return _of_these_times(proof, task, timing)
-    return task.still and not proof.orders.any()
-
-
-def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[FloatArray]:
-    """Piece durations whose proportions are tried: those of a proof, by stops at all waypoints, by distance, equal."""
-    proof = getattr(refused, "contradiction", None)
-    if proof is not None and len(proof.durations) == task.legs * task.pieces:
-        yield proof.durations
-    if timing.limits is not None:
-        yield task.piece_durations(stop_and_go_times(guessed_lengths(task), timing.limits))
-    yield task.piece_durations(distance_split(task, float(task.legs)))
-    if task.legs > 1:
-        yield np.ones(task.legs * task.pieces)
-
-
-def explained_by_times(refused: Refused, task: Task, timing: Timing) -> MinsnapError:
-    """Return the refusal with what is proved of the times of the request."""
-    proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
-    if isinstance(refused, InfeasibleError) and proof and not hasattr(proof, "orders"):  # of all times, or of its own
-        return _with_longer(refused, task, timing)
-    own, own_times = _own_times(task, timing), proof is not None and _of_these_times(proof, task, timing)
-    again: MinsnapError | None = None
-    if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
-        again = if_possible(partial(explain, _necessary(task, timing), own))
-    if own is not None and not own_times and not isinstance(again, InfeasibleError):
-        short = too_short(task, timing, refused)
+        Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
+        Or a proof that all times, or the total, are too short.
+        """
+        task, timing = self.task, self.timing
+        mine = timing.durations is None
+        short = self.too_short(refused) if self._own_times is None else None
         if short is not None:
             return short
-    if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
+        if not mine or task.samples is not None or task.lengths.min() <= 0.0 or self._for_all_times(refused):
+            return None
+        bounded, total = self._bounded(), timing.total_time
+        attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=total is not None), effort=Effort.TRY)
+        slows = task.still and not any(wall.order for wall in task.walls)
+        tried = (
+            least_longer(attempt, durations, slows, bounded.deadline)
+            if total is None
+            else attempt(total / durations.sum() * durations)
+            for durations in self._proportions(refused)
+        )
+        planned = next((one for one in tried if one is not None), None)
+        if planned is not None or self._searched_in_vain(refused):
+            return planned
+        return self._where_free_curves_fit(bounded, refused)
+
+    def _searched_in_vain(self, refused: Refused) -> bool:
+        """Whether the shortest plan of a search takes longer than a total."""
+        shortest, timing = getattr(refused, "shortest", None), self.timing
+        return timing.total_time is not None and shortest is not None and shortest > timing.total
+
+    def _where_free_curves_fit(self, bounded: Task, refused: Refused) -> Timed | None:
+        """Plan from durations whose curve without walls is inside; for a price or a total, near to the cheapest."""
+        task, timing = self.task, self.timing
+        starts = (leg_sums(one, task.pieces) for one in self._proportions(refused))
+        fitting = fitting_durations(bounded, starts, timing.total_time, bounded.deadline)
+        if fitting is None:
+            return None
+        priced = timing.time_weight is not None or timing.total_time is not None
+        if timing.limits is not None and task.still and not priced:
+            return shortest_scaled(task, timing, task.piece_durations(fitting))
+        if timing.time_weight is not None and task.still:
+            free = found_in(replace(bounded, walls=()), task.piece_durations(fitting), Effort.WHOLE)
+            factor = 1.0 if free is None else priced_factor(free, timing.time_weight)
+            fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
+        cheapest, run = fitting, NO_RUN
+        if priced:
+            cheapest, run = cheapest_durations(bounded, timing, fitting, timing.time_weight)
+        plan = plans_for(bounded, task, timing, run, exact=priced)
+        tried = (
+            plan(task.piece_durations(cheapest + share * (fitting - cheapest))) for share in (0.0, 1e-3, 0.03, 1.0)
+        )
+        return next((planned for planned in tried if planned is not None), None)
+
+    def by_necessary_walls(self, refused: Refused) -> Timed | Refused:
+        """Plan anew, or refuse, where a proof is by walls that are sufficient for a limit, but not necessary."""
+        task, timing = self.task, self.timing
+        limits, proof = timing.limits, refused.contradiction if isinstance(refused, InfeasibleError) else None
+        if limits is None or proof is None or len(getattr(proof, "durations", ())) != task.legs * task.pieces:
+            return refused
+        walls = limits.necessary_walls(task.waypoints)
+        others = [wall for wall in limits.walls(task.waypoints) if wall not in walls]
+        doubtful = {(wall.order, radius) for wall in others for radius in wall.radius.tolist()}
+        if doubtful.isdisjoint(zip(proof.orders.tolist(), proof.walls.radius[proof.wall].tolist(), strict=True)):
+            return refused
+        solved = solved_or_explained(task.with_walls(walls), proof.durations)
+        if isinstance(solved, LateError):
+            raise solved
+        if isinstance(solved, InfeasibleError | SolverError):
+            return solved
+        if isinstance(solved, SolvedTask) and self._of_these_times(proof):
+            planned = timed(solved)
+            kept = planned if keeps(limits, planned.trajectory) else searched_in_time(planned.solved, task, timing)
+            if kept is not None:
+                return kept
+        return unproved(refused) if isinstance(refused, InfeasibleError) else refused
+
+    def _for_all_times(self, refused: Refused) -> bool:
+        """Whether a proof is of all times: of one leg from rest to rest by walls on positions, or of its total."""
+        task, timing = self.task, self.timing
+        proof = getattr(refused, "contradiction", None)
+        if proof is None or task.legs > 1 or timing.refine:
+            return False
+        if timing.total_time is not None:
+            return self._of_these_times(proof)
+        return task.still and not proof.orders.any()
+
+    def _proportions(self, refused: Refused) -> Iterator[FloatArray]:
+        """Yield piece durations whose proportions are tried: of a proof, of stop and go, by distance, equal."""
+        task, timing = self.task, self.timing
+        proof = getattr(refused, "contradiction", None)
+        if proof is not None and len(proof.durations) == task.legs * task.pieces:
+            yield proof.durations
+        if timing.limits is not None:
+            yield task.piece_durations(stop_and_go_times(guessed_lengths(task), timing.limits))
+        yield task.piece_durations(distance_split(task, float(task.legs)))
+        if task.legs > 1:
+            yield np.ones(task.legs * task.pieces)
+
+    def explained(self, refused: Refused) -> MinsnapError:
+        """Return the refusal with what is proved of the times of the request."""
+        timing = self.timing
+        proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
+        if (
+            isinstance(refused, InfeasibleError) and proof and not hasattr(proof, "orders")
+        ):  # of all times, or of its own
+            return self._with_longer(refused)
+        own, own_times = self._own_times, proof is not None and self._of_these_times(proof)
+        again: MinsnapError | None = None
+        if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
+            again = if_possible(partial(explain, self._necessary(self.task), own))
+        if own is not None and not own_times and not isinstance(again, InfeasibleError):
+            short = self.too_short(refused)
+            if short is not None:
+                return short
+        if not isinstance(refused, InfeasibleError) or self._for_all_times(refused):
+            return refused
+        shortest = refused.shortest
+        refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, own_times)
+        sentence, note = str(refused), ""
+        if proof is not None and not own_times:
+            tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
+            refused, note = unproved(refused), f"; this is not proved of all times{tried}"
+        if refused is again and shortest is not None:
+            refused.shortest, note = shortest, f"{note}; the shortest found is {shortest:.6g} s"
+        if note:
+            refused.args = (sentence + note,)
+        return self._with_longer(refused) if own_times else refused
+
+    def _with_longer(self, refused: InfeasibleError) -> InfeasibleError:
+        """Return a refusal of the times of a request with a factor on them that has a plan, where one is found."""
+        task, timing = self.task, self.timing
+        own, proof = self._own_times, refused.contradiction
+        pressing = np.any(getattr(proof, "orders", 0)) or (timing.durations is not None and hasattr(proof, "least"))
+        if own is None or not pressing or refused.shortest is not None:
+            return refused
+        bounded, room, grain = self._bounded(), 1.005, 1e-3
+        effort = Effort.TRY if task.joined_orders else Effort.GLANCE  # a glance misses some that join more smoothly
+        attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=True), effort=effort)
+        longer = least_longer(attempt, own, False, bounded.deadline)
+        factor = 1.0 if longer is None else grain * ceil(room * longer.trajectory.duration / own.sum() / grain)
+        if factor > 1.0 and attempt(factor * own, effort=Effort.TRY) is not None:
+            refused.stretch = factor
+            refused.args = (f"{refused}; {factor:.4g} times as long would do in these proportions",)
         return refused
-    shortest = refused.shortest
-    refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, own_times)
-    sentence, note = str(refused), ""
-    if proof is not None and not own_times:
-        tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
-        refused, note = unproved(refused), f"; this is not proved of all times{tried}"
-    if refused is again and shortest is not None:
-        refused.shortest, note = shortest, f"{note}; the shortest found is {shortest:.6g} s"
-    if note:
-        refused.args = (sentence + note,)
-    return _with_longer(refused, task, timing) if own_times else refused
 
+    def _bounded(self) -> Task:
+        """Return the task with the walls of the limits, whose refusals are not explained, due when the search is."""
+        return self.timing.in_time(replace(self.timing.bounded(self.task), explained=False))
 
-def _with_longer(refused: InfeasibleError, task: Task, timing: Timing) -> InfeasibleError:
-    """Return a refusal of the times of a request with a factor on them that has a plan, where one is found."""
-    own, proof = _own_times(task, timing), refused.contradiction
-    pressing = np.any(getattr(proof, "orders", 0)) or (timing.durations is not None and hasattr(proof, "least"))
-    if own is None or not pressing or refused.shortest is not None:
-        return refused
-    bounded, room, grain = _bounded(task, timing), 1.005, 1e-3
-    effort = Effort.TRY if task.joined_orders else Effort.GLANCE  # a glance misses some that join more smoothly
-    attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=True), effort=effort)
-    longer = least_longer(attempt, own, False, bounded.deadline)
-    factor = 1.0 if longer is None else grain * ceil(room * longer.trajectory.duration / own.sum() / grain)
-    if factor > 1.0 and attempt(factor * own, effort=Effort.TRY) is not None:
-        refused.stretch = factor
-        refused.args = (f"{refused}; {factor:.4g} times as long would do in these proportions",)
-    return refused
+    def _necessary(self, task: Task) -> Task:
+        """Return a task with the walls that every curve within the limits keeps."""
+        limits = self.timing.limits
+        return task if limits is None else task.with_walls(limits.necessary_walls(task.waypoints))
 
+    def too_short(self, refused: Refused | None = None) -> InfeasibleError | None:
+        """Return a proof that the times of the request are too short for the ways between the waypoints, or None.
 
-def _bounded(task: Task, timing: Timing) -> Task:
-    """Return the task with the walls of the limits, whose refusals are not explained, due when the search is."""
-    return timing.in_time(replace(timing.bounded(task), explained=False))
+        It names the shortest total found, if a refusal knows any.
+        """
+        task, timing = self.task, self.timing
+        if not task.explained or self._starts_beyond:
+            return None
+        shortest = getattr(refused, "shortest", None)
+        from minsnap.refusals.short_total import short_leg, short_total
 
+        bounded = self._necessary(replace(task, pieces=2) if timing.refine else task)
+        if timing.durations is not None:
+            proof = short_leg(bounded, timing.durations)
+            return None if proof is None else leg_too_short(proof)
+        longest, free = LONGEST * task.legs, timing.total_time is None
+        proof = short_total(bounded, longest if free else timing.total, any_time=free)
+        if proof is None:
+            return None if free else self._below_least(shortest)
+        return (any_time_too_short if proof.least > longest else total_too_short)(proof, shortest)
 
-def _necessary(task: Task, timing: Timing) -> Task:
-    """Return the task with the walls that every curve within the limits keeps."""
-    return task if timing.limits is None else task.with_walls(timing.limits.necessary_walls(task.waypoints))
+    def _below_least(self, shortest: float | None) -> InfeasibleError | None:
+        """Return a proof that every flight within the limits takes longer than a total, whatever its curve, or None."""
+        task, timing = self.task, self.timing
+        if timing.limits is None:
+            return None
+        from minsnap.bounds.least_time import BelowLeast
 
+        proof = BelowLeast(timing.total, least_of(task, timing.limits))
+        return below_least_time(proof, shortest) if proof.verify() else None
 
-def too_short(task: Task, timing: Timing, refused: Refused | None = None) -> InfeasibleError | None:
-    """Return a proof that the times of the request are too short for the ways between the waypoints, or None.
+    def _of_these_times(self, proof: Contradiction) -> bool:
+        """Whether a proof is of the durations of the request: it may be of others that a search chose."""
+        own = self._own_times
+        return own is not None and np.array_equal(proof.durations, own)
 
-    It names the shortest total found, if a refusal knows any.
-    """
-    if not task.explained or _starts_beyond(task, timing):
-        return None
-    shortest = getattr(refused, "shortest", None)
-    from minsnap.refusals.short_total import short_leg, short_total
+    @cached_property
+    def _starts_beyond(self) -> bool:
+        """Whether limits may be exceeded on a way back to them at the start, so that they prove nothing there."""
+        task, timing = self.task, self.timing
+        if timing.limits is None or not start_on_limit(task, timing.limits):
+            return False
+        higher = any(value.any() for order, value in task.pins[0].items() if order > 1)
+        return higher or pinned_use(task, timing.limits) > 1.0 + KEPT
 
-    bounded = _necessary(replace(task, pieces=2) if timing.refine else task, timing)
-    if timing.durations is not None:
-        proof = short_leg(bounded, timing.durations)
-        return None if proof is None else leg_too_short(proof)
-    longest, free = LONGEST * task.legs, timing.total_time is None
-    proof = short_total(bounded, longest if free else timing.total, any_time=free)
-    if proof is None:
-        return None if free else _below_least(task, timing, shortest)
-    return (any_time_too_short if proof.least > longest else total_too_short)(proof, shortest)
-
-
-def _below_least(task: Task, timing: Timing, shortest: float | None) -> InfeasibleError | None:
-    """Return a proof that every flight within the limits takes longer than a total, whatever its curve, or None."""
-    if timing.limits is None:
-        return None
-    from minsnap.bounds.least_time import BelowLeast
-
-    proof = BelowLeast(timing.total, least_of(task, timing.limits))
-    return below_least_time(proof, shortest) if proof.verify() else None
-
-
-def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:
-    """Whether a proof is of the durations of the request: it may be of others that a search chose."""
-    own = _own_times(task, timing)
-    return own is not None and np.array_equal(proof.durations, own)
-
-
-def _starts_beyond(task: Task, timing: Timing) -> bool:
-    """Whether limits may be exceeded on a way back to them at the start, so that they prove nothing there."""
-    if timing.limits is None or not start_on_limit(task, timing.limits):
-        return False
-    higher = any(value.any() for order, value in task.pins[0].items() if order > 1)
-    return higher or pinned_use(task, timing.limits) > 1.0 + KEPT
-
-
-def _own_times(task: Task, timing: Timing) -> FloatArray | None:
-    """Piece durations that the request leaves no choice of: its own, or those of the one leg that has its total."""
-    if _starts_beyond(task, timing):
-        return None
-    if timing.durations is not None:
-        return task.piece_durations(timing.durations)
-    one = timing.total_time is not None and task.legs == 1 and not timing.refine
-    return task.piece_durations(np.array([timing.total])) if one else None
+    @cached_property
+    def _own_times(self) -> FloatArray | None:
+        """Piece durations that the request leaves no choice of: its own, or those of the one leg that has its total."""
+        task, timing = self.task, self.timing
+        if self._starts_beyond:
+            return None
+        if timing.durations is not None:
+            return task.piece_durations(timing.durations)
+        one = timing.total_time is not None and task.legs == 1 and not timing.refine
+        return task.piece_durations(np.array([timing.total])) if one else None

@@ -8,6 +8,7 @@ import minsnap
 from minsnap.batch.dataset_rows import STATUSES, planned_row, request, stopped_row
 from minsnap.batch.spec import read_mapping
 from minsnap.durations import allocate, within_limits
+from minsnap.durations.refused_times import AskedTimes
 
 
 def test_a_row_is_what_plan_and_certify_return():
@@ -83,7 +84,7 @@ def test_what_the_last_look_refuses_is_no_row_of_a_data_set(monkeypatch):
     monkeypatch.setattr(
         allocate, "_timed", lambda task, timing, *rest: solve(task, replace(timing, limits=faster), *rest)
     )
-    monkeypatch.setattr(allocate, "in_other_times", lambda *question: None)
+    monkeypatch.setattr(AskedTimes, "in_other_times", lambda *question: None)
     monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *question: None)
     row = planned_row(spec, 0)
     assert row["status"] == "unsolved" and "last look: speed reaches" in row["error"] and "control_points" not in row
