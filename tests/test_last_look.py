@@ -37,13 +37,13 @@ def test_a_wall_that_the_solver_does_not_know_is_seen(monkeypatch, corridor, ask
     constraints = corridor if isinstance(corridor, list) else [corridor]
     asked = {**asked, "yaw": 0.1}
     assert minsnap.certify(minsnap.plan(POINTS, corridor=corridor, **asked), POINTS, corridor).ok
-    solve, seen = allocate._timed, 0
+    solve, seen = allocate._choose_times, 0
     for off in range(len(constraints)):
 
         def without(task, *others, off=off):
             return solve(replace(task, walls=[*task.walls[:off], *task.walls[off + 1 :]]), *others)
 
-        monkeypatch.setattr(allocate, "_timed", without)
+        monkeypatch.setattr(allocate, "_choose_times", without)
         monkeypatch.setattr(AskedTimes, "in_other_times", lambda *others: None)
         monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *others: None)
         with pytest.raises(SolverError, match=r"refused at the last look: it leaves the .* by [\d.e-]+ at"):
@@ -53,12 +53,12 @@ def test_a_wall_that_the_solver_does_not_know_is_seen(monkeypatch, corridor, ask
 
 
 def test_a_limit_that_the_solver_does_not_know_is_seen(monkeypatch):
-    solve, faster = allocate._timed, Limits(speed=9.0)
+    solve, faster = allocate._choose_times, Limits(speed=9.0)
 
     def loose(task, timing, *others):
         return solve(task, replace(timing, limits=faster), *others)
 
-    monkeypatch.setattr(allocate, "_timed", loose)
+    monkeypatch.setattr(allocate, "_choose_times", loose)
     monkeypatch.setattr(AskedTimes, "in_other_times", lambda *others: None)
     monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *others: None)
     with pytest.raises(SolverError, match="last look: speed reaches .* where 3 is allowed"):

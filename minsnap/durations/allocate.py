@@ -45,23 +45,23 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
     InfeasibleError
         If nothing fits, with the reason.
     """
-    return outcome_of(lambda: _answered(task, timing)).plan()
+    return outcome_of(lambda: _answer(task, timing)).plan()
 
 
-def _answered(task: Task, timing: Timing) -> PlanOutcome:
+def _answer(task: Task, timing: Timing) -> PlanOutcome:
     """Plan as asked; where the number of pieces is left to the plan and there is none, with a number of them.
 
     A limit on a derivative that jumps between polynomials, as snap of degree 5, limits one alone; else three are tried.
     They are searched besides where the rate of a yaw is limited, whose searches end at many curves.
     """
-    outcome, several = _tried(task, timing), replace(timing, refine=False)
+    outcome, several = _try_once(task, timing), replace(timing, refine=False)
     if not timing.refine:
-        return _otherwise(outcome, task, timing)
+        return _answer_otherwise(outcome, task, timing)
     if isinstance(outcome.reason, UnlimitedError):
-        return _otherwise(_tried(task, several), task, several)
+        return _answer_otherwise(_try_once(task, several), task, several)
     refused = outcome.refused
     if refused is None or not task.explained:
-        outcome = _otherwise(outcome, task, timing)
+        outcome = _answer_otherwise(outcome, task, timing)
         turns = timing.shortest and timing.bounds.yaw_rate is not None and outcome.end is End.KEPT
         if not ((outcome.stands_in or turns) and task.explained):
             return outcome
@@ -70,20 +70,20 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
         if short is not None:
             return PlanOutcome(reason=short)
     parted = timing.in_time(replace(task, pieces=PARTS))
-    other = outcome_of(lambda: _otherwise(_tried(parted, several), parted, several))
+    other = outcome_of(lambda: _answer_otherwise(_try_once(parted, several), parted, several))
     if refused is None or not isinstance(other.reason, UnprovedError):
         return other.or_quicker(outcome)
     shortest = min(other.reason, refused, key=lambda error: getattr(error, "shortest", None) or inf)
     return PlanOutcome(reason=shortest)
 
 
-def _tried(task: Task, timing: Timing) -> PlanOutcome:
+def _try_once(task: Task, timing: Timing) -> PlanOutcome:
     """Plan once, and look at the plan before it leaves."""
-    outcome = outcome_of(lambda: _timed(task, timing, AskedTimes(task, timing).too_short))
-    return outcome if outcome.planned is None else _seen(outcome.planned, task, timing)
+    outcome = outcome_of(lambda: _choose_times(task, timing, AskedTimes(task, timing).too_short))
+    return outcome if outcome.planned is None else _look_at(outcome.planned, task, timing)
 
 
-def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
+def _answer_otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
     """Return a plan; of a refusal what stands in its place.
 
     1. The time is over: rest at every waypoint, where that is shorter; without a plan what is proved at no cost is
@@ -103,19 +103,19 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
         return outcome if short is None else PlanOutcome(reason=short)
     if outcome.stands_in:
         found = if_possible(lambda: asked.in_other_times(SolverError("the search had no end")))
-        return outcome.or_quicker(_seen(found, task, timing)) if isinstance(found, Timed) else outcome
+        return outcome.or_quicker(_look_at(found, task, timing)) if isinstance(found, Timed) else outcome
     refused = outcome.refused
     if refused is None or not task.explained:
         return outcome
     again = asked.by_necessary_walls(refused)
     if isinstance(again, Timed):
-        return _seen(again, task, timing)
+        return _look_at(again, task, timing)
     other = asked.in_other_times(again)
     if isinstance(other, InfeasibleError):
         return PlanOutcome(reason=other)
     longer = quickest((other, _at_rest(task, timing)))
     if longer is not None:
-        return _seen(replace(longer, stands_in=True), task, timing)
+        return _look_at(replace(longer, stands_in=True), task, timing)
     if isinstance(again, SolverError) and timing.in_time(task).deadline.late:
         return PlanOutcome(reason=LateError(LATE))
     return PlanOutcome(reason=asked.explained(again))
@@ -134,15 +134,15 @@ def _or_rest(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
     if rest is None:
         return outcome
     steps = () if planned is None else planned.steps
-    return outcome.or_quicker(_seen(replace(rest, interrupted=True, stands_in=True, steps=steps), task, timing))
+    return outcome.or_quicker(_look_at(replace(rest, interrupted=True, stands_in=True, steps=steps), task, timing))
 
 
-def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
+def require_kept(planned: Timed, task: Task, timing: Timing) -> Timed:
     """Return a plan that keeps all its conditions at a last look, or raise SolverError."""
-    return _seen(planned, task, timing).plan()
+    return _look_at(planned, task, timing).plan()
 
 
-def _seen(planned: Timed, task: Task, timing: Timing) -> PlanOutcome:
+def _look_at(planned: Timed, task: Task, timing: Timing) -> PlanOutcome:
     checked = task if task.samples is None else replace(task, walls=())
     times = timing.total_time if timing.durations is None else timing.durations
     curve, solved = planned.trajectory, planned.solved
@@ -154,11 +154,11 @@ def _seen(planned: Timed, task: Task, timing: Timing) -> PlanOutcome:
     return PlanOutcome(reason=reason)
 
 
-def _timed(task: Task, timing: Timing, refuse: Callable[[], MinsnapError | None] | None = None) -> PlanOutcome:
+def _choose_times(task: Task, timing: Timing, refuse: Callable[[], MinsnapError | None] | None = None) -> PlanOutcome:
     if timing.limits is None and timing.durations is not None:
-        return _of(solved_or_explained(task, task.piece_durations(timing.durations)))
+        return _wrap(solved_or_explained(task, task.piece_durations(timing.durations)))
     if timing.limits is None:
-        return _of_least_cost(task, timing)
+        return _plan_at_least_cost(task, timing)
     from minsnap.durations import within_limits
     from minsnap.durations.ways import end_on_limit, start_on_limit
 
@@ -170,26 +170,26 @@ def _timed(task: Task, timing: Timing, refuse: Callable[[], MinsnapError | None]
         within_limits.check_pinned_limits(task, limits, mended)
         started = mended and not shortest and start_on_limit(task, limits)
         if started or (mended and not shortest and end_on_limit(task, limits)):
-            return _from_limits(task, timing, limits, started)
+            return _plan_from_limits(task, timing, limits, started)
         if timing.durations is not None:
             solved = solved_or_explained(timing.bounded(task), task.piece_durations(timing.durations), refuse)
             return within_limits.of_solved(solved, task, timing)
         return (within_limits.shortest_plan if shortest else within_limits.limited_plan)(task, timing)
 
 
-def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> PlanOutcome:
+def _plan_from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> PlanOutcome:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
     from minsnap.durations.ways import EndConnectors, connect_ends
     from minsnap.limits.compliance import keeps
 
-    free = _timed(task, replace(timing, limits=None))
+    free = _choose_times(task, replace(timing, limits=None))
     if free.planned is None or keeps(limits, free.planned.trajectory):
         return free
     ways = connect_ends(task, limits, start)
-    return ways.in_time(_timed, timing) if isinstance(ways, EndConnectors) else PlanOutcome(reason=ways)
+    return ways.in_time(_choose_times, timing) if isinstance(ways, EndConnectors) else PlanOutcome(reason=ways)
 
 
-def _of_least_cost(task: Task, timing: Timing) -> PlanOutcome:
+def _plan_at_least_cost(task: Task, timing: Timing) -> PlanOutcome:
     """Plan a total time, or with a price of time, where nothing limits derivatives."""
     price, search = timing.time_weight, None
     durations = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
@@ -199,8 +199,8 @@ def _of_least_cost(task: Task, timing: Timing) -> PlanOutcome:
         durations = check_durations(durations, task.legs)
     else:
         durations, search = cheapest_durations(task, timing, durations, price)
-    return _of(solved_or_explained(task, task.piece_durations(durations)), search)
+    return _wrap(solved_or_explained(task, task.piece_durations(durations)), search)
 
 
-def _of(solved: SolvedTask | MinsnapError, search: Run | None = None) -> PlanOutcome:
+def _wrap(solved: SolvedTask | MinsnapError, search: Run | None = None) -> PlanOutcome:
     return PlanOutcome(timed(solved, search)) if isinstance(solved, SolvedTask) else PlanOutcome(reason=solved)

@@ -26,7 +26,7 @@ from minsnap.corridors.prism import Prism
 from minsnap.corridors.tangent_polytopes import TANGENT, polytopes_along
 from minsnap.corridors.way_around import Inside, Kept, cells_around, way_around
 from minsnap.corridors.way_in_time import WayInTime
-from minsnap.durations.allocate import looked_at, plan_timed
+from minsnap.durations.allocate import plan_timed, require_kept
 from minsnap.durations.timing import Timed, Timing
 from minsnap.durations.within_limits import limits_kept
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, UnprovedError
@@ -79,7 +79,7 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
     still = [each for each in obstacles if not isinstance(each, Moving)]
     moving = tuple(each for each in obstacles if isinstance(each, Moving))
     first = _plan_around(task, timing, still) if still else plan_timed(task, timing)
-    timed = looked_at(_among(task, timing, still, moving, first) if moving else first, task, timing)
+    timed = require_kept(_among(task, timing, still, moving, first) if moving else first, task, timing)
     near = nearest_obstacle(timed.trajectory, obstacles)
     if near.value < -EXACT:
         raise SolverError(f"the plan is refused at the last look: it is {near.inside}; please report this question")
@@ -182,7 +182,7 @@ def _in_durations(task: Task, durations: FloatArray, timing: Timing) -> Timed:
     planned = Timed(solved, solved.flown)
     if timing.limits is not None:
         planned = limits_kept(planned, task, fixed).plan()
-    return looked_at(planned, task, fixed)
+    return require_kept(planned, task, fixed)
 
 
 def _find_passed_waypoints(task: Task, curve: Trajectory) -> FloatArray:

@@ -25,7 +25,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.margins import margin_to
-from minsnap.durations.allocate import looked_at, plan_timed
+from minsnap.durations.allocate import plan_timed, require_kept
 from minsnap.durations.least_cost import distance_split
 from minsnap.durations.recovery import RECOVERY, connect_start, pinned_state, state_use
 from minsnap.durations.timing import Timing
@@ -343,7 +343,7 @@ def search_ahead(
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:
-        timed = looked_at(shortest_from(task, timing, guess).plan(), task, timing)
+        timed = require_kept(shortest_from(task, timing, guess).plan(), task, timing)
     else:
         timed = plan_timed(task, timing)
     return Better(timed.trajectory, timed.limits_from)

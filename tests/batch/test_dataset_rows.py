@@ -79,10 +79,10 @@ def test_options_of_plan_reach_it(option):
 
 def test_what_the_last_look_refuses_is_no_row_of_a_data_set(monkeypatch):
     """A limit is switched off inside: the row says so, and has no curve."""
-    spec, solve = walks(limits={"speed": 2.0}), allocate._timed
+    spec, solve = walks(limits={"speed": 2.0}), allocate._choose_times
     faster = minsnap.Limits(speed=9.0)
     monkeypatch.setattr(
-        allocate, "_timed", lambda task, timing, *rest: solve(task, replace(timing, limits=faster), *rest)
+        allocate, "_choose_times", lambda task, timing, *rest: solve(task, replace(timing, limits=faster), *rest)
     )
     monkeypatch.setattr(AskedTimes, "in_other_times", lambda *question: None)
     monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *question: None)
