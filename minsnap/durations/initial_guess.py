@@ -20,7 +20,10 @@ from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 
 PEAKS = (2.1875, 7.5132, 52.5, 840.0)
-"""Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""
+"""Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval.
+
+``peaks`` of ``shortest_time/shortest_time.hpp`` and ``planner/shortest_plan.cpp`` are the same numbers.
+"""
 
 SHORT = 0.3
 """Share of the mean length below which a leg is taken to be that long: passages may coincide."""

@@ -1,13 +1,18 @@
 """Durations with which a search begins."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 
 import minsnap
-from minsnap.durations.initial_guess import norm_limits, stop_and_go_times
+from minsnap.durations.initial_guess import PEAKS, norm_limits, stop_and_go_times
 from minsnap.limits.compliance import most_used
 from minsnap.limits.limits import Limits
 
+CORE = Path(minsnap.__file__).parent / "native" / "src"
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 
 
@@ -38,3 +43,16 @@ def test_a_price_begins_at_times_that_walls_on_the_velocity_allow():
     best = minsnap.plan(points, corridor=wall, search=minsnap.Search(time_weight=2000.0))
     other = minsnap.plan(points, [9.0, 2.0], corridor=wall)
     assert best.cost(4) + 2000.0 * best.duration < other.cost(4) + 2000.0 * other.duration
+
+
+def test_peaks_are_the_largest_derivatives_of_the_profile():
+    profile, s = Polynomial([0, 0, 0, 0, 35, -84, 70, -20]), np.linspace(0.0, 1.0, 10_001)
+    largest = [np.abs(profile.deriv(order)(s)).max() for order in range(1, 5)]
+    assert PEAKS == pytest.approx(largest, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["shortest_time/shortest_time.hpp", "planner/shortest_plan.cpp"])
+def test_the_core_begins_with_the_same_peaks(name):
+    """Questions of C, and the guess of a search, begin where those of Python do, to the bit."""
+    (listed,) = re.findall(r"double peaks\[4\] = \{(.*?)\};", (CORE / name).read_text())
+    assert tuple(map(float, listed.split(","))) == PEAKS
