@@ -143,6 +143,7 @@ def require_kept(planned: Timed, task: Task, timing: Timing) -> Timed:
 
 
 def _look_at(planned: Timed, task: Task, timing: Timing) -> PlanOutcome:
+    """Return a plan, or a refusal where a last look finds what it does not keep."""
     checked = task if task.samples is None else replace(task, walls=())
     times = timing.total_time if timing.durations is None else timing.durations
     curve, solved = planned.trajectory, planned.solved
@@ -155,6 +156,10 @@ def _look_at(planned: Timed, task: Task, timing: Timing) -> PlanOutcome:
 
 
 def _choose_times(task: Task, timing: Timing, refuse: Callable[[], MinsnapError | None] | None = None) -> PlanOutcome:
+    """Plan once as the request has its times: given, of a total, priced, or the shortest within limits.
+
+    ``refuse`` returns what is proved of given durations; it is asked where a solve gives up.
+    """
     if timing.limits is None and timing.durations is not None:
         return _wrap(solved_or_explained(task, task.piece_durations(timing.durations)))
     if timing.limits is None:

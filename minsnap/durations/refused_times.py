@@ -14,12 +14,12 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LateError
+from minsnap.durations.connector import pinned_use
 from minsnap.durations.fitting_durations import fitting_durations
 from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.durations.longer_times import least_longer
 from minsnap.durations.outcome import if_possible
-from minsnap.durations.recovery import pinned_use
 from minsnap.durations.time_scaling import shortest_scaled
 from minsnap.durations.timing import NO_RUN, Timed, Timing, found_in, solved_or_explained, timed
 from minsnap.durations.ways import least_of, start_on_limit

@@ -1,9 +1,9 @@
 """What the native search for the shortest time is asked: waypoints, walls and limits of a task in its form.
 
-The functions of limits on several derivatives at an instant stand in ``src/shortest_time/instant_limits.hpp``.  Rotors
-are limited for a constant yaw; for any other without spin about the thrust axis, however the body is turned: the rotor
-that has most to do has at most the mean thrust, the largest arm's share of the torque, and its share of that about the
-axis, which unequal inertias ask for.
+The functions of limits on several derivatives at an instant stand in ``src/shortest_time/instant_limits.hpp``.  At a
+constant yaw the thrust of each rotor is computed.  At other yaws a bound on the largest one is used, which holds for
+any heading of a body that does not spin about its thrust: the mean thrust, the most that a rotor adds for the torque
+about horizontal axes, and the most for the torque about the thrust axis that unequal inertias ask for.
 """
 
 from __future__ import annotations
@@ -41,11 +41,12 @@ class QuestionSettings:
     alone : tuple of int
         The same for a single leg, whatever it gains: its pieces cost little.
     worthwhile : float
-        Relative gain by which several legs are divided once more: that gains a sixteenth of it, here half a percent.
+        Relative gain of the first division from which several legs are divided again: where three pieces gained 8 %,
+        six then gain about 0.5 % more.
     inward : float
         Share of their widths by which walls are moved inwards.
     room : float
-        Share by which limits are tightened that slower flight does not mend, which saves repairs at the end.
+        Share by which limits that slower flight cannot repair are tightened, which saves repairs at the end.
     directed : float
         Share of the weight below which thrust has no direction: there a small change turns it by any angle.
     aside : float
@@ -82,37 +83,39 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
     lengths = guessed_lengths(task)
     divisions = QUESTION.divisions if task.legs > 1 else QUESTION.alone
     return ShortestQuestion(
-        pinned,
-        free,
-        lengths,
-        norm_limits(limits),
-        [one for one in sets if one.count],
-        instant_limits(limits, heading, lengths),
-        divisions if refine else () if task.pieces == 1 else (task.pieces,),
-        task.closed,
-        not scales(task, limits),
-        QUESTION.worthwhile if task.legs > 1 else 0.0,
-        0.0 if task.touches.any() else QUESTION.inward,
-        QUESTION.room if task.still and not scales(task, limits) else 0.0,
+        pinned=pinned,
+        free=free,
+        lengths=lengths,
+        norms=norm_limits(limits),
+        sets=[one for one in sets if one.count],
+        limits=instant_limits(limits, heading, lengths),
+        parts=divisions if refine else () if task.pieces == 1 else (task.pieces,),
+        closed=task.closed,
+        moving=not scales(task, limits),
+        worthwhile=QUESTION.worthwhile if task.legs > 1 else 0.0,
+        inwards=0.0 if task.touches.any() else QUESTION.inward,
+        tightened=QUESTION.room if task.still and not scales(task, limits) else 0.0,
         turned=turned,
     )
 
 
 def with_rates(question: ShortestQuestion, limits: Limits, heading: Heading | None, **others: Any) -> ShortestQuestion:
-    """Return a question with other limits on the rates of body and yaw, which are in no set, and what else changes."""
+    """Return a question with other limits on the rates of body and yaw; ``others`` are further fields to replace."""
     rates = instant_limits(limits, heading, question.lengths)
     return replace(question, norms=norm_limits(limits), limits=rates, **others)
 
 
 def begun_from(question: ShortestQuestion, guess: Guess | None) -> ShortestQuestion:
-    """Return a question that begins from a curve; pieces that it has already are not made again."""
+    """Return a question that begins from a curve, whose legs are not divided again if they are divided already."""
     if guess is None:
         return question
     return replace(question, guess=guess, parts=question.parts if guess.pieces == 1 and guess.least is None else ())
 
 
 def coasting_guess(task: Task, times: FloatArray) -> Guess:
-    """Return the curve of least cost through all waypoints that goes on as a moving start does, and so ends.
+    """Return the curve of least cost through all waypoints that keeps the speed of a moving start.
+
+    It arrives with the speed of a moving end.
 
     From rest at every waypoint a search that begins in motion finds a loop back to a waypoint that is close ahead.
 
@@ -133,7 +136,10 @@ def coasting_guess(task: Task, times: FloatArray) -> Guess:
 
 
 def scales(task: Task, limits: Limits) -> bool:
-    """Whether every curve keeps the limits that is flown slowly enough: a slow thrust may turn faster in free fall."""
+    """Whether slowing any curve down brings it within the limits.
+
+    Not those on rates of the body and on rotors: near free fall a slower flight may turn its thrust faster.
+    """
     return task.still and limits.body_rate is None and not isinstance(limits, VehicleLimits)
 
 
@@ -172,7 +178,7 @@ def _axes(normal: FloatArray) -> FloatArray:
 
 
 def _walls(task: Task, limits: Limits) -> list[Walls]:
-    """Walls of the corridor and of the limits, without those that are stricter than the limit or leave out the drag."""
+    """Walls of the corridor and of the limits, without those that are stricter than their limit or ignore drag."""
     other = ("min_thrust", "max_thrust", "tilt") if limits.medium.drags else ("min_thrust",) if _bounded(limits) else ()
     return [*task.walls, *(wall for wall in limits.walls(task.waypoints) if wall.name not in other)]
 
@@ -243,7 +249,9 @@ def _at_knots(
 
 
 def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:
-    """Return the limits that are no sets of one derivative, to thirteen digits: no rounding of a library may decide.
+    """Return the limits that are no sets of one derivative, with parameters rounded to 13 digits.
+
+    So all machines ask the same question, whatever the last digits of their mathematical libraries.
 
     Parameters
     ----------
@@ -273,23 +281,24 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
 
 
 def _rotors(vehicle: Quadrotor, reserve: float, yaw: float | None) -> InstantLimit:
-    """Limit the rotors' thrusts to a share of their room around hover, less what its proof needs."""
+    """Limit the rotors' thrusts to a share of their room around hover, less the margin that the proof needs."""
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
     below, above = ((1.0 - reserve) * room - VEHICLE_USE.margin * hover for room in (hover - least, most - hover))
     common = (*medium_of(vehicle).values, vehicle.mass, hover - below, hover + above)
     if yaw is None:
-        return InstantLimit(InstantKind.UNSPUN_ROTORS, (*common, _leverage(vehicle), _gyration(vehicle)))
+        turning = _rotor_thrust_per_acceleration(vehicle), _rotor_thrust_per_squared_rate(vehicle)
+        return InstantLimit(InstantKind.UNSPUN_ROTORS, (*common, *turning))
     body = (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))
     heading = float(np.cos(yaw)), float(np.sin(yaw))
     return InstantLimit(InstantKind.YAWED_ROTORS, (*common, *heading, *map(float, body), QUESTION.aside))
 
 
-def _leverage(vehicle: Quadrotor) -> float:
+def _rotor_thrust_per_acceleration(vehicle: Quadrotor) -> float:
     """Most thrust of a rotor for an angular acceleration of one about any horizontal body axis [N s^2/rad]."""
     return float(np.linalg.norm(vehicle.inverse_mixer[:, 1:3] @ vehicle.inertia[:2, :2], axis=1).max())
 
 
-def _gyration(vehicle: Quadrotor) -> float:
+def _rotor_thrust_per_squared_rate(vehicle: Quadrotor) -> float:
     """Most thrust of a rotor for a turn at a rate of one, whose torque comes from unequal inertias [N s^2]."""
     (first, mixed), (_, second) = vehicle.inertia[:2, :2]
     return float(np.abs(vehicle.inverse_mixer[:, 3]).max() * np.hypot((second - first) / 2.0, mixed))

@@ -16,7 +16,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls, walls_from
-from minsnap.durations.recovery import piece_demands, pinned_state, state_use, typical
+from minsnap.durations.connector import piece_demands, pinned_state, state_use, typical
 from minsnap.durations.single_piece import SinglePiece, conditions_of
 from minsnap.limits.compliance import keeps, kept_from
 from minsnap.limits.limits import Limits

@@ -218,7 +218,7 @@ class Strategy:
         self.watched = watched or WatchedSearch(task, timing)
         self.deadline = self.watched.deadline
         rotors = WORK.yawed if self._yawed else WORK.rotors
-        self.price = rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
+        self.row_work = rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.walled = any(wall.order for wall in task.walls)
 
     @property
@@ -246,6 +246,7 @@ class Strategy:
         solved = found.solved
         slow = solved is None or solved.flown.duration > self.times.sum()
         # Where the search had its time and ended by itself, rest at every waypoint is no better than what it found.
+        # After a refusal ``allocate`` still takes it.
         rests = self.interrupted or (slow and not self.timing.shortest)
         if rests and self.task.still and not found.hopeless:
             solved = shorter(solved, self.resting)
@@ -253,7 +254,7 @@ class Strategy:
             planned = timed(solved, Run(tuple(self.watched.log.steps), self.interrupted))
             return PlanOutcome(replace(planned, stands_in=found.stands_in or solved is not found.solved))
         lost = self.watched.ended if self.watched.lost else None
-        return PlanOutcome(reason=lost or found.reason or self.reason(found.curve))
+        return PlanOutcome(reason=lost or found.reason or self.find_reason(found.curve))
 
     def _next(self, found: Attempt, attempt: Callable[[Attempt], Attempt]) -> Attempt:
         """Return what is found with one more attempt; none is made once the search has ended."""
@@ -343,7 +344,7 @@ class Strategy:
         """Share by which a plan may be slower than the curve of its search."""
         return SETTINGS.slower_share if self._known or self.limits.yaw_rate is not None else np.inf
 
-    def solve_timed(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
+    def cheapest_in_durations(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
         task, curve = self.task, first.trajectory
         guess = guess_of(curve, replace(task, pieces=first.task.pieces))
@@ -492,7 +493,7 @@ class Strategy:
         if curve is None or found.solved is not None or self.interrupted:
             return NOTHING
         slower = map(solved_at(self.task, curve).slowed, SETTINGS.longer_factors)
-        plans = (self.solve_timed(one, one.durations) for one in slower)
+        plans = (self.cheapest_in_durations(one, one.durations) for one in slower)
         solved = next((one for one in plans if one is not None or self.interrupted), None)
         if solved is None:
             return NOTHING
@@ -609,7 +610,7 @@ class Strategy:
         return found if found.solved is not None else replace(found, curve=curve)
 
     def _searched(self, question: ShortestQuestion) -> ShortestCurve | UnlimitedError | None:
-        return self.watched.curve(question, self.task, self.price)
+        return self.watched.curve(question, self.task, self.row_work)
 
     def _straight(self, durations: FloatArray) -> SolvedTask:
         """Return the curve that rests at every waypoint."""
@@ -733,8 +734,8 @@ class Strategy:
             least *= 1.0 + 2.0 * STRETCH.pace_excess
         return replace(guess, slower=float((least / guess.durations).max()), least=least)
 
-    def reason(self, curve: ShortestCurve | None) -> MinsnapError:
-        """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
+    def find_reason(self, curve: ShortestCurve | None) -> MinsnapError:
+        """Search within looser limits for why there is no plan: the corridor alone, or which limit is exceeded."""
         if not self.task.explained:
             return SolverError("no plan that keeps the walls and the limits was found from this start")
         used = self._exceeded()

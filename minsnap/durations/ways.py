@@ -1,7 +1,7 @@
 """Plans from starts in motion, and with ends on their limits: a way back, a way out, and a plan with room between.
 
 A search moves limits inwards, which a state on or outside of a limit does not allow.  The shortest polynomials between
-such states and states with room are found first, as in ``recovery.py``; a way out is a way back flown backwards.
+such states and states with room are found first, as in ``connector.py``; a way out is a way back flown backwards.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.bounds.least_time import TimeBound, TimeQuestion
 from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import nearest_wall
+from minsnap.durations.connector import CONNECTOR, connect_start, pinned_state, pinned_use
 from minsnap.durations.initial_guess import norm_limits
 from minsnap.durations.least_cost import distance_split
 from minsnap.durations.outcome import End, PlanOutcome, if_possible, outcome_of
-from minsnap.durations.recovery import RECOVERY, connect_start, pinned_state, pinned_use
 from minsnap.durations.shortest_question import QUESTION
 from minsnap.durations.strategy import Strategy
 from minsnap.durations.timing import Run, Timed, Timing, found_in, timed
@@ -94,11 +94,11 @@ class EndConnectors:
 
         There is no plan either where the whole does not keep the limits and the walls.
         """
-        if self.task.pieces < RECOVERY.pieces:
+        if self.task.pieces < CONNECTOR.pieces:
             few = self.around(outcome_of(lambda: plan(replace(self.task, explained=False))), limits)
             if few.refused is None and not few.stands_in:
                 return few
-            more = self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits)
+            more = self.around(plan(replace(self.task, pieces=CONNECTOR.pieces)), limits)
             return more if few.planned is None else few.or_quicker(more)
         return self.around(plan(self.task), limits)
 
@@ -163,7 +163,7 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
         return shortest_of_starts(part, timing, curve)
 
     direct = PlanOutcome()
-    if pinned_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
+    if pinned_use(task, limits) <= (1.0 - CONNECTOR.on_limit if first is None else 1.0 + KEPT):
         ways = connect_ends(task, limits, start=False)
         if not isinstance(ways, EndConnectors):
             return PlanOutcome(reason=ways)
@@ -294,13 +294,13 @@ def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors | Lim
 
 def start_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the start of a task is on its limits or outside of them."""
-    return not task.closed and pinned_use(task, limits) > 1.0 - RECOVERY.on_limit
+    return not task.closed and pinned_use(task, limits) > 1.0 - CONNECTOR.on_limit
 
 
 def end_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the end of a task is on a limit."""
     moves = task.legs in task.moving and not task.closed
-    return moves and pinned_use(task, limits, task.legs) > 1.0 - RECOVERY.on_limit
+    return moves and pinned_use(task, limits, task.legs) > 1.0 - CONNECTOR.on_limit
 
 
 def _unconnected(task: Task, limits: Limits, waypoint: int) -> LimitError:

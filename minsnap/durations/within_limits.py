@@ -96,7 +96,7 @@ def at_rest_everywhere(task: Task, timing: Timing) -> Timed | None:
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
-    """Whether any limit is part of the search for the shortest time; the rate of a yaw is not."""
+    """Whether there is anything to search within but a yaw's rate, which alone begins no search."""
     return any(KIND[name].measure in MEASURES for name in limits.given()) or any(wall.order for wall in task.walls)
 
 
@@ -290,7 +290,7 @@ def searched_in_time(
     if search is None:
         return None
     durations = first.trajectory.durations if durations is None else durations
-    found = search.solve_timed(first, durations)
+    found = search.cheapest_in_durations(first, durations)
     if found is None and search.eases and not search.interrupted:  # the way round the heading is not that of least cost
         found = _in_proportion_of_shortest(search, durations)
     if found is None and search.watched.ended is not None and not search.deadline.spent:
@@ -305,7 +305,7 @@ def _in_proportion_of_shortest(search: Strategy, durations: FloatArray) -> Solve
         return None
     legs, pieces = search.task.legs, shortest.trajectory.durations
     longer = durations.reshape(legs, -1).sum(axis=1) / pieces.reshape(legs, -1).sum(axis=1)
-    return search.solve_timed(shortest, pieces * np.repeat(longer, len(pieces) // legs))
+    return search.cheapest_in_durations(shortest, pieces * np.repeat(longer, len(pieces) // legs))
 
 
 def limits_kept(planned: Timed, task: Task, timing: Timing, stretchable: bool = False) -> PlanOutcome:

@@ -22,7 +22,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.bounds.least_time import least_time
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_simple, clearance_of
-from minsnap.durations.recovery import RECOVERY
+from minsnap.durations.connector import CONNECTOR
 from minsnap.errors import FleetError, InfeasibleError, LimitError, SolverError, TimingError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.limits.limits import Limits, check_one_speed
@@ -527,7 +527,7 @@ def _refuse_starts(task: FleetTask) -> None:
             text = f"vehicle {vehicle} starts moving and is to rest for {rest:g} s at its first waypoint"
             raise FleetError(f"{text}: leave out its start or that hold", vehicle=vehicle)
         for used in task.limits[vehicle].use_of_state(state, 3) if task.limits else ():
-            if used.fraction > 1.0 - RECOVERY.on_limit:
+            if used.fraction > 1.0 - CONNECTOR.on_limit:
                 text = f"the start of vehicle {vehicle} has {used.name} {used.value:.6g}"
                 give = "a fleet starts within its limits; change it, or the start"
                 raise FleetError(f"{text}, and its limit is {used.limit:g}: {give}", vehicle=vehicle)

@@ -173,8 +173,9 @@ def plan(
         Derivatives at inner waypoints: ``{2: {"velocity": (1, 0, 0)}}``.
     pieces : int or "auto", optional
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide each leg into
-        three, then into six, as long as that promises to gain half a percent, and a single leg into nine. In other
-        plans it is one, or three where one has no plan. By default ``"auto"`` where limits choose the time, else one.
+        three, divided again into six where three gained 8 %, as six then gain about 0.5 % more, and a single leg into
+        nine. In other plans it is one, or three where one has no plan. By default ``"auto"`` where limits choose the
+        time, else one.
     waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
         Half-width of the box around a waypoint within which the curve may pass [m], or a ball. One number applies to
         the inner waypoints; the ends stay exact.

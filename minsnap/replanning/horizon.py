@@ -26,8 +26,8 @@ from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.margins import margin_to
 from minsnap.durations.allocate import plan_timed, require_kept
+from minsnap.durations.connector import CONNECTOR, connect_start, pinned_state, state_use
 from minsnap.durations.least_cost import distance_split
-from minsnap.durations.recovery import RECOVERY, connect_start, pinned_state, state_use
 from minsnap.durations.timing import Timing
 from minsnap.durations.ways import from_end, joined, shortest_from
 from minsnap.errors import SolverError, TimingError
@@ -95,7 +95,7 @@ def near(task: Task, aim: Aim, legs: int | None, rest: Trajectory | None, flown:
     if legs is not None and rest is not None and limits is not None:
         states = (rest.states(float(rest.leg_breaks[leg]), task.half) for leg in range(legs, rest.legs))
         uses = (state_use(state, limits) for state in states)
-        legs += sum(1 for _ in takewhile(lambda use: 1.0 - RECOVERY.on_limit < use <= 1.0 + KEPT, uses))
+        legs += sum(1 for _ in takewhile(lambda use: 1.0 - CONNECTOR.on_limit < use <= 1.0 + KEPT, uses))
     if legs is None or task.legs <= legs:
         return Near(task, aim, flown, None)
     head = legs_of(flown, 0, legs) if flown is not None and flown.legs >= legs else None

@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from minsnap import Boxes, Limits, Trajectory
-from minsnap.durations.recovery import piece_demands
+from minsnap.durations.connector import piece_demands
 from minsnap.durations.single_piece import Demand, SinglePiece, conditions_of
 from minsnap.native.library import core, using
 from minsnap.native.piece_programme import PieceConditions, piece_within

@@ -12,7 +12,7 @@ import minsnap
 from minsnap import Boxes, Limits, Replanner
 from minsnap.basics import deadline
 from minsnap.basics.deadline import Deadline, LateError
-from minsnap.durations.recovery import connect_start, pinned_state
+from minsnap.durations.connector import connect_start, pinned_state
 from minsnap.durations.stopping import Stopping
 from minsnap.errors import InputError, SolverError, TimingError
 from minsnap.native.library import core

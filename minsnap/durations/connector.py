@@ -24,7 +24,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class RecoverySettings:
+class ConnectorSettings:
     """What a way back keeps, and how its duration is looked for.
 
     Parameters
@@ -64,7 +64,7 @@ class RecoverySettings:
     pieces: int = 3
 
 
-RECOVERY = RecoverySettings()
+CONNECTOR = ConnectorSettings()
 
 
 def pinned_state(task: Task, waypoint: int = 0) -> FloatArray:
@@ -104,16 +104,16 @@ def connect_start(
     scales = typical(state, limits)
     piece = SinglePiece(state, scales[1], deadline)
     moment = scales[0] / scales[1]
-    soon = RECOVERY.moment_ahead * moment
+    soon = CONNECTOR.moment_ahead * moment
     bounds = [limits, *_smoothing(limits, scales[1] / soon, soon, len(state))]
     own = walls_from(walls, leg, leg + 1)
     own += [wall for bound in bounds for wall in walls_from(bound.walls(np.zeros((2, len(state[0])))), 0, 1)]
     known = [wall.from_origin(state[0]) for wall in own]
-    for lenience in RECOVERY.leniences:
+    for lenience in CONNECTOR.leniences:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
         attempt = partial(piece.within, conditions_of(demands))
-        least, most = RECOVERY.shortest_tried * moment, RECOVERY.longest_tried * moment
-        duration, answer = shortest(attempt, least, most, RECOVERY.least_ratio)
+        least, most = CONNECTOR.shortest_tried * moment, CONNECTOR.longest_tried * moment
+        duration, answer = shortest(attempt, least, most, CONNECTOR.least_ratio)
         if answer is not None:
             return Trajectory(answer[None] + state[0], np.array([duration]))
     return None
@@ -165,12 +165,12 @@ def _demands(walls: Walls, state: FloatArray, moment: float, lenience: tuple[flo
     end, room = np.ones(1), _room(walls)
     demands.append(Demand(walls, end, room))
     if order and order + 1 < len(state):
-        demands.append(Demand(walls, end, room, ahead=RECOVERY.moment_ahead * moment))
+        demands.append(Demand(walls, end, room, ahead=CONNECTOR.moment_ahead * moment))
     return demands
 
 
 def piece_demands(
-    walls: Walls, state: FloatArray, moment: float, lenience: tuple[float, float] = RECOVERY.leniences[0]
+    walls: Walls, state: FloatArray, moment: float, lenience: tuple[float, float] = CONNECTOR.leniences[0]
 ) -> list[Demand]:
     """Return the demands of some walls on a piece: kept where the start keeps it, else as far as it can be.
 
@@ -182,19 +182,19 @@ def piece_demands(
     moment : float
         Time that full acceleration takes to the largest speed [s].
     lenience : tuple of float
-        One of ``RECOVERY.leniences``.
+        One of ``CONNECTOR.leniences``.
     """
-    order, inside = walls.order, np.arange(1, RECOVERY.instants + 1) / RECOVERY.instants
-    margin = np.full(RECOVERY.instants, RECOVERY.margins[min(order, len(RECOVERY.margins) - 1)])
+    order, inside = walls.order, np.arange(1, CONNECTOR.instants + 1) / CONNECTOR.instants
+    margin = np.full(CONNECTOR.instants, CONNECTOR.margins[min(order, len(CONNECTOR.margins) - 1)])
     if order >= len(state):
         return [Demand(walls, inside, margin)]
     now = walls.excess_at(state[order])
-    unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -RECOVERY.doubtful_margin)
+    unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -CONNECTOR.doubtful_margin)
     demands = [Demand(walls.chosen(~unsure), inside, margin)] if not unsure.all() else []
     if unsure.any():
         part, allowed = walls.chosen(unsure), np.maximum(now[unsure], 0.0) + lenience[1]
         demands.append(Demand(part, inside, margin * inside, soft=True))
-        demands.append(Demand(part, inside, np.broadcast_to(-allowed, (RECOVERY.instants, len(allowed)))))
+        demands.append(Demand(part, inside, np.broadcast_to(-allowed, (CONNECTOR.instants, len(allowed)))))
     return demands
 
 
@@ -202,12 +202,12 @@ def _soon(walls: Walls, state: FloatArray, moment: float) -> FloatArray:
     """Excess of a limit a moment ahead of the start, (r,); of a position at the start."""
     order = walls.order
     ahead = bool(order) and order + 1 < len(state)
-    return walls.excess_at(state[order] + RECOVERY.moment_ahead * moment * state[order + 1] if ahead else state[order])
+    return walls.excess_at(state[order] + CONNECTOR.moment_ahead * moment * state[order + 1] if ahead else state[order])
 
 
 def _room(walls: Walls) -> FloatArray:
     """Inward move at the end, (1, r): a share of the room that rest has, or of the width for positions."""
-    share = RECOVERY.rest_room[walls.order > 1]
+    share = CONNECTOR.rest_room[walls.order > 1]
     if walls.order == 0:
         return np.full((1, len(walls.leg)), share)
     rest = walls.excess_at(np.zeros(walls.anchor.shape[1]))

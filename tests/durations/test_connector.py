@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from minsnap import Boxes, Limits
-from minsnap.durations.recovery import connect_start
+from minsnap.durations.connector import connect_start
 from minsnap.limits.compliance import kept_from
 
 POINTS = np.array([(0.0, 0.0, 1.0), (2.0, 0.5, 1.0)])
