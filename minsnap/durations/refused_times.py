@@ -20,9 +20,10 @@ from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop
 from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.durations.longer_times import least_longer
 from minsnap.durations.outcome import if_possible
+from minsnap.durations.starts import least_of
 from minsnap.durations.time_scaling import shortest_scaled
 from minsnap.durations.timing import NO_RUN, Timed, Timing, found_in, solved_or_explained, timed
-from minsnap.durations.ways import least_of, start_on_limit
+from minsnap.durations.ways import start_on_limit
 from minsnap.durations.within_limits import plans_for, searched_in_time
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps

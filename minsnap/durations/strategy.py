@@ -18,7 +18,7 @@
 6. Rest at every waypoint, where the search was ended, or longer times are asked for.
 
 The shortest flight of all is taken; without any, the reason why there is none.  Time, work and Ctrl-C end it between
-two of them with the best so far.  Every smaller number of pieces is searched the same way (``ways.py``).
+two of them with the best so far.  Every smaller number of pieces is searched the same way (``starts.py``).
 """
 
 from __future__ import annotations

@@ -16,12 +16,13 @@ from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.longer_times import RESERVES
 from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.shortest_question import guess_of
+from minsnap.durations.starts import shortest_of_starts
 from minsnap.durations.stopping import Stopping
 from minsnap.durations.strategy import Strategy, balanced_price
 from minsnap.durations.time_scaling import flown_fastest, scaled_plan
 from minsnap.durations.time_stretch import grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, attempted, found_in, solved_or_explained, timed
-from minsnap.durations.ways import EndConnectors, end_on_limit, from_end, shortest_from, shortest_of_starts
+from minsnap.durations.ways import EndConnectors, end_on_limit, from_end, shortest_from
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits

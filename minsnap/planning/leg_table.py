@@ -18,8 +18,9 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import Deadline
 from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.durations.outcome import PlanOutcome, outcome_of
+from minsnap.durations.starts import shortest_of_starts
 from minsnap.durations.timing import Timing
-from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
+from minsnap.durations.ways import end_on_limit, shortest_from
 from minsnap.errors import MinsnapError
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.uses_over_time import legs_within
