@@ -1,4 +1,7 @@
-"""Ways through maps by the native core: convex sets around a line of points, and lines of any angle through a grid."""
+"""Ways through maps by the native core: convex sets around a line of points, and lines of any angle through a grid.
+
+And what a sensor sees of a map.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, NDArray
 from minsnap.native.library import Entry, NativeCoreError, describe
-from minsnap.native.records import GridWayQuestion, TangentQuestion
+from minsnap.native.records import GridWayQuestion, SightQuestion, TangentQuestion
 from minsnap.native.status import Status
 
 _PLANES = Entry("minsnap_tangent_planes", TangentQuestion)
 _WAY = Entry("minsnap_grid_way", GridWayQuestion)
+_SIGHT = Entry("minsnap_sight", SightQuestion)
 
 PLANES = 64
 """Planes of a set that there is room for at first."""
@@ -88,6 +92,46 @@ def grid_way(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray)
         capacity = int(found[0])
 
 
+def mark_sight(
+    place: FloatArray,
+    points: FloatArray,
+    ends: FloatArray,
+    size: float,
+    first: IntArray,
+    states: NDArray[np.uint8],
+    spans: NDArray[np.uint8],
+) -> None:
+    """Mark in a block of cells what a sensor sees: those that its lines pass as free, those of points as occupied.
+
+    Parameters
+    ----------
+    place : ndarray, shape (dim,)
+        Of the sensor [m].
+    points : ndarray, shape (k, dim)
+        On obstacles, at the ends of lines from the place [m].
+    ends : ndarray, shape (m, dim)
+        Of lines from the place on which nothing was seen [m].
+    size : float
+        Side of a cell [m].
+    first : ndarray, shape (dim,)
+        The first cell of the block, counted from the origin.
+    states : ndarray of uint8, dim axes
+        0 for unknown cells, 1 for free and 2 for occupied ones; what is marked stays, and a larger state replaces it.
+    spans : ndarray of uint8, shape (..., 2, dim)
+        Where in a cell the lowest and highest points were seen, in parts of 255 of its side.
+    """
+    block = {"first": first.astype(np.int64), "shape": np.array(states.shape, dtype=np.int64)}
+    seen = {"place": np.ascontiguousarray(place), "point": np.ascontiguousarray(points)}
+    asked = {
+        "dim": len(place),
+        "points": len(points),
+        "rays": len(ends),
+        "size": size,
+        "end": np.ascontiguousarray(ends),
+    }
+    _require(_SIGHT, SightQuestion(**asked, **block, **seen, states=states, spans=spans))
+
+
 def _cell(cell: IntArray, height: int) -> IntArray:
     return np.append(cell, [height] * (3 - len(cell))).astype(np.int64)
 
@@ -97,7 +141,7 @@ def _in_space(points: FloatArray) -> FloatArray:
     return np.ascontiguousarray(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))))
 
 
-def _require(entry: Entry, question: TangentQuestion | GridWayQuestion) -> None:
+def _require(entry: Entry, question: TangentQuestion | GridWayQuestion | SightQuestion) -> None:
     """Call an entry point; raise NativeCoreError where the Python core is in use, or if it does not answer."""
     if entry.function() is None:
         raise NativeCoreError(f"ways through maps need the native core, and this is the {describe()}")

@@ -256,6 +256,10 @@ class GridWayQuestion(Record):
     """A way through the free cells of a grid; see ``grid_way``."""
 
 
+class SightQuestion(Record):
+    """What a sensor sees from one place; see ``mark_sight``."""
+
+
 class JointQuestion(Record):
     """A search for all curves of a fleet; see ``FleetSearch``."""
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import CorridorError
+from minsnap.native.map_ways import mark_sight
 from minsnap.paths.routes.grid_map import LARGEST_MAP
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
@@ -49,12 +50,11 @@ class KnownMap:
 
     def see(self, position: FloatArray, points: FloatArray, ends: FloatArray) -> None:
         """Mark the cells of points as occupied, and those on the lines to them and to free ends as free."""
-        taken = self.cells(points)
-        self._mark(self._along(position, np.vstack((points, ends))), FREE)
-        self._mark(taken, OCCUPIED)
-        index, share = tuple((taken - self.first).T), (points / self.size - taken) * PARTS
-        np.minimum.at(self.spans[..., 0, :], index, np.floor(share).clip(0, PARTS).astype(np.uint8))
-        np.maximum.at(self.spans[..., 1, :], index, np.ceil(share).clip(0, PARTS).astype(np.uint8))
+        cells = self.cells(np.vstack((position[None], points, ends)))
+        self._reach(
+            cells.min(axis=0) - 1, cells.max(axis=0) + 2
+        )  # lines that run back along a side have the cell before it
+        mark_sight(position, points, ends, self.size, self.first, self.states, self.spans)
 
     def boxes(self, low: FloatArray, high: FloatArray, unknown: bool) -> FloatArray:
         """Return boxes around what was seen of obstacles between two corners [m], and unknown cells there, (m, 13).
@@ -83,30 +83,7 @@ class KnownMap:
             result[_part(begin - low, end - low)] = self.states[_part(begin - self.first, end - self.first)]
         return result
 
-    def _along(self, start: FloatArray, ends: FloatArray) -> IntArray:
-        """Return the cells that lines from a point to ends (k, dim) pass, some more than once.
-
-        They are the first ones, and those entered where a line crosses a side of the grid.
-        """
-        begin, span = start / self.size, (ends - start) / self.size
-        entered = [np.floor(begin)[None].astype(np.int64)]
-        for axis in range(len(start)):
-            forth = span[:, axis] > 0.0
-            border = np.where(forth, np.floor(begin[axis]) + 1.0, np.ceil(begin[axis]) - 1.0)
-            reach = np.where(forth, begin[axis] + span[:, axis] - border, border - begin[axis] - span[:, axis])
-            counts = np.where(span[:, axis] == 0.0, 0, np.maximum(np.floor(reach) + 1.0, 0.0)).astype(np.int64)
-            which = np.repeat(np.arange(len(ends)), counts)
-            steps = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
-            lines = border[which] + np.where(forth, 1.0, -1.0)[which] * steps
-            share = (lines - begin[axis]) / span[which, axis]
-            cells = np.floor(begin + share[:, None] * span[which]).astype(np.int64)
-            cells[:, axis] = lines - np.where(forth[which], 0.0, 1.0)
-            entered.append(cells)
-        return np.concatenate(entered)
-
     def _mark(self, cells: IntArray, state: int) -> None:
-        if not len(cells):
-            return
         self._reach(cells.min(axis=0), cells.max(axis=0) + 1)
         index = tuple((cells - self.first).T)
         self.states[index] = np.maximum(self.states[index], state)

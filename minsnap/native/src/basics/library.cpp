@@ -14,13 +14,13 @@
 namespace minsnap {
 namespace {
 
-constexpr RecordText records[] = {CorridorRecord_text,  CorridorAnswerRecord_text, SlackRecord_text,       ChainRecord_text,
-                                  SplitRecord_text,     ManyRecord_text,           VehicleRecord_text,     ExcessRecord_text,
-                                  ValuesRecord_text,    SetsRecord_text,           PieceRecord_text,       StopRecord_text,
-                                  WallsRecord_text,     MomentaryLimit_text,       ShortestRequest_text,   ShortestAnswer_text,
-                                  FleetCurves_text,     SeparationQuestion_text,   ClearanceQuestion_text, AssignmentQuestion_text,
-                                  TangentQuestion_text, GridWayQuestion_text,      JointQuestion_text,     JointRun_text,
-                                  PiecewiseCurve_text,  CostateSearch_text,        PlansRecord_text,       VehicleUseRecord_text};
+constexpr RecordText records[] = {
+    CorridorRecord_text,  CorridorAnswerRecord_text, SlackRecord_text,        ChainRecord_text,       SplitRecord_text,
+    ManyRecord_text,      VehicleRecord_text,        ExcessRecord_text,       ValuesRecord_text,      SetsRecord_text,
+    PieceRecord_text,     StopRecord_text,           WallsRecord_text,        MomentaryLimit_text,    ShortestRequest_text,
+    ShortestAnswer_text,  FleetCurves_text,          SeparationQuestion_text, ClearanceQuestion_text, AssignmentQuestion_text,
+    TangentQuestion_text, GridWayQuestion_text,      SightQuestion_text,      JointQuestion_text,     JointRun_text,
+    PiecewiseCurve_text,  CostateSearch_text,        PlansRecord_text,        VehicleUseRecord_text};
 
 }  // namespace
 }  // namespace minsnap

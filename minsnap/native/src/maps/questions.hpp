@@ -30,4 +30,17 @@ MINSNAP_RECORD(GridWayQuestion, {
     Integer *found;               // as many there are, perhaps more than fit; 0 where there is no way
 });
 
+// What a sensor sees from one place, marked in a block of cells.
+MINSNAP_RECORD(SightQuestion, {
+    Integer dim, points, rays;
+    double size;           // side of a cell [m]
+    const Integer *first;  // (dim,) the first cell of the block
+    const Integer *shape;  // (dim,) cells along each axis
+    const double *place;   // (dim,) of the sensor [m]
+    const double *point;   // (points, dim) on obstacles [m]
+    const double *end;     // (rays, dim) of lines on which nothing is [m]
+    std::uint8_t *states;  // of each cell: 0 unknown, 1 free, 2 occupied
+    std::uint8_t *spans;   // (cells, 2, dim) where points were seen in a cell, in parts of its side
+});
+
 }  // namespace minsnap
