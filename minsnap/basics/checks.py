@@ -410,6 +410,15 @@ def check_state(
     return found
 
 
+def check_finite(what: str, points: FloatArray, error: type[MinsnapError]) -> None:
+    """Raise this error if a point of some (n, dim) is not finite, and say which."""
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        index, count = int(np.argmin(finite)), int(np.sum(~finite))
+        more = f", and {count - 1} more are not finite" if count > 1 else ""
+        raise error(f"point {index} of {what} is {point_text(points[index])}{more}: give finite numbers [m]")
+
+
 def point_text(point: FloatArray | IntArray) -> str:
     """Return a point as a message shows it."""
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"

@@ -17,7 +17,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_array, check_positive
+from minsnap.basics.checks import check_array, check_finite, check_positive
 from minsnap.basics.messages import shown
 from minsnap.errors import CorridorError
 from minsnap.polynomials import rationals
@@ -74,8 +74,9 @@ class Prism(ReadOnly):
 
     def __init__(self, polygon: ArrayLike, low: float = -inf, high: float = inf, *, inclusion: bool = False) -> None:
         corners = numbers(polygon)
-        if corners is None or corners.ndim != 2 or corners.shape[1:] != (2,) or not np.isfinite(corners).all():
+        if corners is None or corners.ndim != 2 or corners.shape[1:] != (2,):
             raise CorridorError(f"the polygon of a prism is {shown(polygon)}: give rows of two finite numbers [m]")
+        check_finite("the polygon of a prism", corners, CorridorError)
         corners = corners[(corners != np.roll(corners, 1, axis=0)).any(axis=1)]
         ends = numbers((low, high))
         if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:

@@ -75,6 +75,18 @@ class Reading:
             taken = probability >= np.float32(0.5 if self.threshold is None else self.threshold)
         return np.asarray(np.where(known, taken, self.unknown == "occupied"))
 
+    def counted_unknown(self, values: NDArray[Any]) -> BoolArray | None:
+        """Return which cells count as occupied because nothing is known of them; None where there are none."""
+        if self.unknown == "free" or values.dtype.kind not in "if":
+            return None
+        with np.errstate(invalid="ignore"):
+            return some(~(values >= 0))
+
+
+def some(cells: BoolArray) -> BoolArray | None:
+    """Return cells, or None where there are none."""
+    return np.asarray(cells) if cells.any() else None
+
 
 def _scale(values: NDArray[Any], whole: bool, name: str) -> float:
     """Return the value that means certainly occupied."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers
-from minsnap.basics.checks import check_array, check_distance, check_positive, point_text
+from minsnap.basics.checks import check_array, check_distance, check_finite, check_positive, point_text
 from minsnap.basics.deadline import Clock, checked_clock
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
@@ -152,7 +152,7 @@ class Explorer:
         """
         dim = len(self.goal)
         here = check_array("the position of the sensor", position, ((dim,),), f"{dim} finite numbers [m]", InputError)
-        seen, ends = (self._listed(*each) for each in (("points", points), ("ends of rays", rays)))
+        seen, ends = (self._listed(*each) for each in (("points seen", points), ("ends of rays", rays)))
         far = np.linalg.norm(seen - here, axis=1) > self.sensing
         ends = np.vstack((ends, seen[far])) - here
         reach = np.linalg.norm(ends, axis=1, keepdims=True)
@@ -255,8 +255,9 @@ class Explorer:
         points, dim = numbers([] if given is None else given), len(self.goal)
         if points is not None and not points.size:
             return np.zeros((0, dim))
-        if points is None or points.ndim != 2 or points.shape[1] != dim or not np.isfinite(points).all():
+        if points is None or points.ndim != 2 or points.shape[1] != dim:
             raise InputError(f"the {name} are {shown(given)}: give rows of {dim} finite numbers [m]")
+        check_finite(f"the {name}", points, InputError)
         return points
 
     def _is_clear(self, change: Change, window: Window) -> bool:

@@ -34,6 +34,8 @@ class GridMap(ReadOnly):
     altitudes : array_like, shape (2,), optional
         From which altitude to which a map in space may be flown through [m], the layers of both included; by default
         all of it. Cells above and below are kept away from like any others.
+    unknown : ndarray of bool, of the shape of ``occupied``, optional
+        Which cells count as occupied because nothing is known of them; for messages.
 
     Raises
     ------
@@ -47,6 +49,7 @@ class GridMap(ReadOnly):
     origin: FloatArray
     name: str
     altitudes: FloatArray | None
+    unknown: BoolArray | None
 
     def __init__(
         self,
@@ -55,6 +58,7 @@ class GridMap(ReadOnly):
         origin: ArrayLike | None = None,
         name: str = "the map",
         altitudes: ArrayLike | None = None,
+        unknown: BoolArray | None = None,
     ) -> None:
         try:
             cells = np.asarray(occupied)
@@ -72,7 +76,11 @@ class GridMap(ReadOnly):
         give = f"{cells.ndim} finite numbers [m]"
         start = np.zeros(cells.ndim) if origin is None else origin
         corner = check_array(f"the origin of {name}", start, ((cells.ndim,),), give, CorridorError)
+        unseen = None if unknown is None else np.asarray(unknown)
+        if unseen is not None and (unseen.shape != cells.shape or unseen.dtype != np.bool_):
+            raise CorridorError(f"the unknown cells of {name} are {shown(unknown)}: give booleans, as many as cells")
         set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner, name=name, altitudes=None)
+        set_fields(self, unknown=None if unseen is None else unseen.copy())
         if altitudes is not None:
             self._check_altitudes(altitudes)
 

@@ -105,4 +105,4 @@ def array_map(
         raise CorridorError(
             f"{name} has shape {cells.shape}: a map has 2 or 3 axes, x, y and z, and at most {LARGEST_MAP} cells"
         )
-    return GridMap(how.occupied(cells, name), resolution, origin, name)
+    return GridMap(how.occupied(cells, name), resolution, origin, name, unknown=how.counted_unknown(cells))

@@ -57,8 +57,9 @@ def read_map_yaml(path: FileName, how: Reading) -> GridMap:
     picture = read_picture(Path(path).parent / content["image"])
     chance = _probability(picture, content, (low, high), how.threshold is None)
     kept = Reading(0.5 if how.threshold is None else how.threshold, how.unknown)
-    cells = kept.by_probability(np.ascontiguousarray(chance[::-1].T))
-    return GridMap(cells, np.full(2, content["resolution"]), np.array(content["origin"][:2]), Path(path).name)
+    values, corner = np.ascontiguousarray(chance[::-1].T), np.array(content["origin"][:2])
+    cells, unknown = kept.by_probability(values), kept.counted_unknown(values)
+    return GridMap(cells, np.full(2, content["resolution"]), corner, Path(path).name, unknown=unknown)
 
 
 def read_map_entries(path: FileName) -> dict[str, Any]:

@@ -10,9 +10,10 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, NDArray
 from minsnap.errors import CorridorError
-from minsnap.paths.routes.cell_values import Reading
+from minsnap.paths.routes.cell_values import Reading, some
 from minsnap.paths.routes.clouds import BEYOND
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
+from minsnap.paths.routes.known_map import FREE, OCCUPIED, UNKNOWN
 
 DEPTH = 16
 """Levels of an octree below the first: its cube has 2^16 cells a side, and its middle is the origin."""
@@ -106,15 +107,17 @@ def cubes_map(cubes: Cubes, resolution: float, how: Reading, ends: FloatArray, c
     held = _box_of(cubes, ends, resolution)
     whole = held.grown((margin, margin, 0 if free else margin), (margin,) * 3)
     box = whole if prod(whole.shape) <= LARGEST_MAP else _window(whole, ends, resolution, name)
-    occupied = np.full(box.shape, not free, dtype=np.bool_)
-    _fill(occupied, cubes, how, box)
+    states = np.full(box.shape, UNKNOWN, dtype=np.uint8)
+    _fill(states, cubes, how, box)
+    unknown = None if free else some(states == UNKNOWN)
+    occupied = np.asarray(states == OCCUPIED if free else states != FREE)
     for axis, shell in enumerate(np.moveaxis(occupied, axis, 0) for axis in range(3)):
         if box.first[axis] > whole.first[axis]:
             shell[0] = True
         if box.behind[axis] < whole.behind[axis]:
             shell[-1] = True
     corner = resolution * (np.array(box.first, dtype=np.float64) - (1 << DEPTH - 1))
-    return GridMap(occupied, np.full(3, resolution), corner, name)
+    return GridMap(occupied, np.full(3, resolution), corner, name, unknown=unknown)
 
 
 def _box_of(cubes: Cubes, ends: FloatArray, resolution: float) -> CellBox:
@@ -156,21 +159,22 @@ def _window(whole: CellBox, ends: FloatArray, resolution: float, name: str) -> C
     return box
 
 
-def _fill(occupied: BoolArray, cubes: Cubes, how: Reading, box: CellBox) -> None:
-    """Set the cells of the cubes that differ from unknown ones."""
-    taken = how.by_probability(cubes.chance)
+def _fill(states: NDArray[np.uint8], cubes: Cubes, how: Reading, box: CellBox) -> None:
+    """Set the cells of the cubes."""
+    known = np.where(how.by_probability(cubes.chance), OCCUPIED, FREE).astype(np.uint8)
+    known[~(cubes.chance >= 0.0)] = UNKNOWN
     first, shape = np.array(box.first), np.array(box.shape)
     low = cubes.corner - first
     high = low + cubes.side[:, None]
-    kept = (taken != (how.unknown == "occupied")) & (low < shape).all(axis=1) & (high > 0).all(axis=1)
+    kept = (low < shape).all(axis=1) & (high > 0).all(axis=1)
     for side in np.unique(cubes.side[kept]).tolist():
         rows = np.flatnonzero(kept & (cubes.side == side))
         if side <= SMALL_CUBE:
             for offset in np.ndindex(side, side, side):
                 place = low[rows] + np.array(offset)
                 inside = ((place >= 0) & (place < shape)).all(axis=1)
-                occupied[tuple(place[inside].T)] = how.unknown == "free"
+                states[tuple(place[inside].T)] = known[rows[inside]]
             continue
-        pairs = zip(np.maximum(low[rows], 0).tolist(), high[rows].tolist(), strict=True)
-        for begin, end in pairs:
-            occupied[tuple(map(slice, begin, end))] = how.unknown == "free"
+        corners = zip(np.maximum(low[rows], 0).tolist(), high[rows].tolist(), known[rows].tolist(), strict=True)
+        for begin, end, state in corners:
+            states[tuple(map(slice, begin, end))] = state

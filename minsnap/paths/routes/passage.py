@@ -25,6 +25,9 @@ from minsnap.paths.routes.grid_map import GridMap
 LARGE = 400_000
 """Cells above which a way is looked for in blocks of 2 cells a side first, all of whose cells are free."""
 
+LET_FREE = 'unknown="free" (--unknown free) takes unknown cells as free'
+"""What messages advise where cells are occupied only because nothing is known of them."""
+
 AVOIDED = 1000.0
 """Factor on the length of steps to and from cells that are avoided."""
 
@@ -154,10 +157,15 @@ def narrowest(
 
 def _linked(open_: BoolArray, start: IntArray, goal: IntArray) -> bool:
     """Whether two cells are joined by steps through faces."""
+    return bool(part_of(open_, start)[tuple(goal)])
+
+
+def part_of(open_: BoolArray, start: IntArray) -> BoolArray:
+    """Return the open cells that steps through faces lead to from a cell."""
     from scipy.ndimage import label
 
     part, _ = label(open_)
-    return bool(part[tuple(start)] and part[tuple(start)] == part[tuple(goal)])
+    return np.asarray((part == part[tuple(start)]) & open_)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,10 +217,7 @@ def beside(cells: BoolArray) -> BoolArray:
 
 def barrier(grid: GridMap, free: BoolArray, clearance: float, start: IntArray, goal: IntArray) -> Barrier:
     """Return the proof for a map whose free cells do not join start and goal."""
-    from scipy.ndimage import label
-
-    part, _ = label(free)
-    reached = part == part[tuple(start)]
+    reached = part_of(free, start)
     border = np.argwhere(grid.flown(beside(reached)))
     return Barrier(grid, clearance, start, goal, reached, border, _nearest_cells(grid, border))
 
@@ -311,10 +316,13 @@ def _check_inside(grid: GridMap, point: FloatArray, name: str) -> None:
 
 
 def _too_near(grid: GridMap, point: FloatArray, name: str, clearance: float) -> WaypointError:
+    cell = tuple(grid.cell(point))
     place = f"the {name} {point_text(point)} m, cell {point_text(grid.cell(point))},"
-    if grid.occupied[tuple(grid.cell(point))]:
-        return WaypointError(f"{place} is in an occupied cell: move it to a free one; unknown ones count as occupied")
-    if not grid.flown(np.ones_like(grid.occupied))[tuple(grid.cell(point))]:
+    if grid.unknown is not None and grid.unknown[cell]:
+        return WaypointError(f"{place} is in an unknown cell, which counts as occupied: move it; {LET_FREE}")
+    if grid.occupied[cell]:
+        return WaypointError(f"{place} is in an occupied cell: move it to a free one")
+    if not grid.layers[0] <= cell[-1] < grid.layers[1]:
         return WaypointError(f"{place} is outside the altitudes to fly through: move it, or change them")
     distance, cell = _nearest(grid, point)
     near = f"{place} is {distance:.3g} m from the occupied cell at {grid.spot(cell)}"
@@ -337,9 +345,8 @@ def _too_narrow(
     found = narrowest(gap, open_, grid.resolution, *ends)
     lead = f"no way leads from {point_text(start)} m to {point_text(goal)} m"
     if found is None:
-        altitudes = "" if grid.altitudes is None else " and the altitudes"
         return InfeasibleError(
-            f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells{altitudes}",
+            f"{lead}, whatever the clearance: {_closed_off(grid, open_, *ends, goal)}",
             contradiction=barrier(grid, free, clearance, *ends),
         )
     most, narrow = found
@@ -349,6 +356,21 @@ def _too_narrow(
         smallest_width=most,
         contradiction=barrier(grid, free, clearance, *ends),
     )
+
+
+def _closed_off(grid: GridMap, open_: BoolArray, first: IntArray, last: IntArray, goal: FloatArray) -> str:
+    """Say how near to the goal ways through open cells lead, and what would open more."""
+    reached = grid.center(np.argwhere(part_of(open_, first)))
+    apart = np.linalg.norm(reached - goal, axis=1)
+    end = int(apart.argmin())
+    said = (
+        f"occupied cells close it off, and ways end at {point_text(reached[end])} m, {apart[end]:.3g} m from the goal"
+    )
+    if grid.unknown is not None and _linked(open_ | grid.flown(grid.unknown), first, last):
+        return f"{said}; unknown cells are among them: {LET_FREE}"
+    if grid.altitudes is not None and _linked(~grid.occupied, first, last):
+        return f"{said}; other altitudes leave a way"
+    return said
 
 
 def _nearest(grid: GridMap, point: FloatArray) -> tuple[float, Any]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, numbers, read_only
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers, read_only
 from minsnap.basics.checks import check_distance, point_text
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.half_spaces import Polytopes
@@ -19,7 +19,7 @@ from minsnap.corridors.keep_out import Avoided, as_still, clearance_in
 from minsnap.corridors.obstacle_margins import in_space
 from minsnap.corridors.occupancy_grid import gaps
 from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
-from minsnap.corridors.way_around import Kept, cells_around, way_around
+from minsnap.corridors.way_around import FreeCells, Kept, cells_around, way_around
 from minsnap.durations.search_options import is_priced
 from minsnap.errors import CorridorError, MinsnapError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
@@ -29,7 +29,7 @@ from minsnap.paths.routes.cell_values import Reading
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import array_map, read_map
 from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_kept
-from minsnap.paths.routes.passage import end_point, find_passage, narrowest, passage_within
+from minsnap.paths.routes.passage import end_point, find_passage, narrowest, part_of, passage_within
 from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken, with_obstacles
 from minsnap.paths.shapes import timed
 from minsnap.planning.other_ways import OTHER_WAYS, Search, least_by_length, other_ways
@@ -225,10 +225,12 @@ def _around(
 
 def _widest_around(kept: Kept, ends: list[FloatArray]) -> str:
     """Say about how wide the widest way around obstacles or points is, and where, as far as grids tell."""
+    closed = "cells are too coarse beside start or goal"
     for cells in cells_around(kept._replace(clearance=0.0), ends[0], ends[1]):
         first, last = (cells.beside(end) for end in ends)
         if first is None or last is None:
             continue
+        closed = f"in cells of {cells.size:.2g} m, ways end at {_end_of_ways(cells, first, ends[1])}"
         size = np.full(len(ends[0]), cells.size)
         gap = gaps(~cells.free, size)
         found = narrowest(gap, cells.free, size, first, last)
@@ -237,7 +239,15 @@ def _widest_around(kept: Kept, ends: list[FloatArray]) -> str:
             room = _room_at(place, kept, found[0] + 2.0 * cells.size)
             where = point_text(np.round(place, 2))
             return f"the widest one has about {room:.2g} m on each side, near {where} m"
-    return "none was found without any clearance either: they close it off, or more room around them is needed"
+    return f"none was found without any clearance either: {closed}"
+
+
+def _end_of_ways(cells: FreeCells, first: IntArray, goal: FloatArray) -> str:
+    """Return where ways from a cell come nearest to the goal, and how near."""
+    reached = cells.center(np.argwhere(part_of(cells.free, first)))
+    apart = np.linalg.norm(reached - goal, axis=1)
+    end = int(apart.argmin())
+    return f"{point_text(np.round(reached[end], 2))} m, {apart[end]:.3g} m from the goal"
 
 
 def _room_at(place: FloatArray, kept: Kept, reach: float) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
-from minsnap.basics.checks import check_distance, check_positive, check_waypoints
+from minsnap.basics.checks import check_distance, check_finite, check_positive, check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.corridors.half_spaces import Polytopes
 from minsnap.corridors.keep_out import Avoided, as_still, clearances_of
@@ -90,10 +90,11 @@ def taken(around: Any, dim: int, clearance: float) -> tuple[Kept, Box | None]:
         return Kept(NOTHING, nowhere, clearance), None
     if listed is None or not listed.size:
         return Kept.of(as_still(around), dim, clearance), None
-    if listed.ndim != 2 or listed.shape[1] != dim or not np.isfinite(listed).all():
+    if listed.ndim != 2 or listed.shape[1] != dim:
         raise CorridorError(
             f"what is around the path is {shown(around)}: give a GridMap, obstacles, or points of {dim} finite numbers"
         )
+    check_finite("what is around the path", listed, CorridorError)
     return Kept(NOTHING, listed, clearance), None
 
 
