@@ -16,6 +16,7 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.paths import Survey
+    from minsnap.paths.routes import Terrain
 
 Facade = tuple[float, float]
 
@@ -82,7 +83,11 @@ def survey(
             how |= {"terrain": read_terrain(terrain), "within": follow}
         found = minsnap.plan_survey(corners, spacing, height or 0.0, **how)
         if terrain is not None and follow is None:
-            found = minsnap.plan_survey(corners, spacing, (height or 0.0) + _highest(found, terrain), **how)
+            from dataclasses import replace
+
+            ground = read_terrain(terrain)
+            found = minsnap.plan_survey(corners, spacing, (height or 0.0) + _highest(found, ground), **how)
+            found = replace(found, terrain=ground)
     lines = f"{len(found.lines)}, {found.on_lines:.0%} of the time at {found.speed:g} m/s"
     further = {"lines": lines, "survey": {"lines": found.lines.tolist(), "instants": found.spans.tolist()}}
     drawn = partial(minsnap.plot.plot_survey, found)
@@ -107,7 +112,7 @@ def _corners(file: Path, origin: options.Triple | None) -> tuple[Any, Any]:
     return minsnap.read_waypoints(file).points[:, :2], origin
 
 
-def _highest(found: Survey, file: Path) -> float:
+def _highest(found: Survey, terrain: Terrain) -> float:
     """Return the highest ground in the rectangle that a flight lies in [m].
 
     Raises
@@ -117,16 +122,13 @@ def _highest(found: Survey, file: Path) -> float:
     """
     import numpy as np
 
-    from minsnap.paths.routes import read_terrain
-
-    terrain = read_terrain(file)
     points = found.trajectory.control_points[..., :2].reshape(-1, 2)
     reach = terrain.reach
     if (points.min(axis=0) < reach[0]).any() or (points.max(axis=0) > reach[1]).any():
-        raise InputError(f"{file} does not cover the flight: it reaches from {reach[0]} to {reach[1]} m")
+        raise InputError(f"{terrain.name} does not cover the flight: it reaches from {reach[0]} to {reach[1]} m")
     first = np.floor((points.min(axis=0) - terrain.middle) / terrain.side).astype(int)
     last = np.ceil((points.max(axis=0) - terrain.middle) / terrain.side).astype(int) + 1
     heights = terrain.heights[first[0] : last[0], first[1] : last[1]]
     if np.isnan(heights).any():
-        raise InputError(f"{file} does not know all heights below the flight")
+        raise InputError(f"{terrain.name} does not know all heights below the flight")
     return float(heights.max())

@@ -81,6 +81,8 @@ class Survey(ReadOnly, PlannedPath):
         Of the turns.
     outside : float
         No turn comes nearer to the area than this beyond the ends of its two lines [m]; proved; negative by rounding.
+    terrain : Terrain or None
+        The ground below.
     """
 
     trajectory: Trajectory
@@ -90,6 +92,7 @@ class Survey(ReadOnly, PlannedPath):
     speed: float
     limits: Limits
     outside: float
+    terrain: Terrain | None = None
 
     @property
     def on_lines(self) -> float:
@@ -341,7 +344,8 @@ def _flown(
         ground.check(parts)
     curve = concatenate([_plain(part) for part in parts])
     curve = curve.with_yaw(chosen_heading(yaw, curve.dim, False)(curve)) if yaw is not None else curve
-    return Survey(curve, placed, np.array(spans), outline, pace, limits, min(outside, default=math.inf))
+    below = None if ground is None else ground.terrain
+    return Survey(curve, placed, np.array(spans), outline, pace, limits, min(outside, default=math.inf), below)
 
 
 def _plain(curve: Trajectory) -> Trajectory:

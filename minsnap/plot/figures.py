@@ -193,8 +193,19 @@ def save_figure(figure: Figure, path: FileName, *, clobber: bool = True) -> None
         If the ending is another, or the destination cannot be written.
     """
     suffix, stream = check_figure_name(path), io.BytesIO()  # a full disk is to be no fault of matplotlib
+    _lay_out(figure)
     figure.savefig(stream, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
     write_file(path, stream.getvalue(), clobber=clobber)
+
+
+def _lay_out(figure: Figure) -> None:
+    """Lay a figure out once before it is drawn.
+
+    The layout leaves room beside axes of equal scales for what stands there as wide as they are before it: the second
+    one knows how wide they become.
+    """
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
 
 
 def check_figure_name(path: FileName) -> str:
@@ -230,6 +241,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 def picture(figure: Figure) -> str:
     """Return a figure as SVG."""
     stream = io.StringIO()
+    _lay_out(figure)
     figure.savefig(stream, format="svg")
     drawn = stream.getvalue()
     return drawn[drawn.index("<svg") :]

@@ -115,12 +115,18 @@ def _ring(obstacle: Obstacle, chosen: list[int], places: FloatArray) -> FloatArr
 
 
 def _draw_surfaces(ax: Any, avoid: Sequence[Avoided], places: FloatArray) -> None:
+    draw_faces(ax, [face for each in avoid for face in faces_of(each, places)], OBSTACLE_COLOUR, 0.35, "obstacles")
+
+
+def draw_faces(
+    ax: Any, faces: Sequence[FloatArray] | FloatArray, colour: str, alpha: float, name: str, **look: Any
+) -> None:
+    """Draw faces, each (4, 3) [m], in space; nothing where there are none."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    faces = [face for each in avoid for face in faces_of(each, places)]
-    if faces:
-        look: dict[str, Any] = {"facecolor": OBSTACLE_COLOUR, "edgecolor": "none", "alpha": 0.35, "label": "obstacles"}
-        ax.add_collection3d(Poly3DCollection(np.array(faces), **look))
+    if len(faces):
+        how: dict[str, Any] = {"facecolor": colour, "edgecolor": "none", "alpha": alpha, "label": name}
+        ax.add_collection3d(Poly3DCollection(np.array(faces), **how | look))
 
 
 def faces_of(each: Avoided, places: FloatArray) -> Iterator[FloatArray]:

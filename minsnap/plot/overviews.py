@@ -13,14 +13,12 @@ from minsnap.paths import Survey
 from minsnap.paths.missions import Mission
 from minsnap.paths.routes import GridMap, Route
 from minsnap.plot.figures import plot_overview
+from minsnap.plot.map_scene import OCCUPIED, draw_ground, draw_in_space
 from minsnap.plot.obstacles import Numbered, draw_obstacles
 from minsnap.plot.style import LIMIT_COLOUR, Axes, Figure, dense_samples, legend_beside, styled
 
 MOST_POINTS = 20_000
 """Points of a cloud that are drawn."""
-
-OCCUPIED = "#4d4d4d"
-"""Colour of occupied cells."""
 
 
 @styled
@@ -93,7 +91,7 @@ def plot_route(
     """Draw a route on its map, with position, derivatives and use of limits against time.
 
     From above, the occupied cells are drawn. Of a map in space they are those that are occupied at an altitude at which
-    the path passes, or nearer to it than the clearance.
+    the path passes, or nearer to it than the clearance. In space, what is near the path is drawn.
 
     Parameters
     ----------
@@ -123,6 +121,10 @@ def plot_route(
         elif isinstance(route.around, Kept):
             _draw_kept(plane, route.around, dense_samples(route.trajectory).position)
         legend_beside(plane)
+    elif view == "3d":
+        space: Any = overview.subfigs[0].axes[0]
+        draw_in_space(space, route.around, dense_samples(route.trajectory).position, route.clearance)
+        space.legend(loc="upper left", handlelength=1.8)
     return overview
 
 
@@ -180,7 +182,7 @@ def _draw_nearest(ax: Axes, route: Route, grid: GridMap) -> None:
 def plot_survey(
     survey: Survey, figure: Figure | None = None, *, view: str | None = None, title: str | None = None, **drawn: Any
 ) -> Figure:
-    """Draw a survey: the area or wall, its lines and its turns, beside the profiles.
+    """Draw a survey: the area or wall, its lines and its turns, and the ground where it is known, beside the profiles.
 
     Parameters
     ----------
@@ -203,10 +205,20 @@ def plot_survey(
     seen = view or "xy"
     how: dict[str, Any] = {"waypoints": survey.lines.reshape(-1, 3), "limits": survey.limits}
     overview = plot_overview(survey.trajectory, figure, view=seen, title=name, **how, **drawn)
-    if seen == "3d":
-        return overview
     place, profiles = overview.subfigs
-    ax, axes = place.axes[0], ["xyz".index(letter) for letter in seen]
+    if seen != "3d":
+        _draw_lines(place.axes[0], survey, ["xyz".index(letter) for letter in seen])
+        for axis in profiles.axes:
+            for start, end in survey.spans:
+                axis.axvspan(start, end, color="#0072b2", alpha=0.08, linewidth=0.0)
+    if survey.terrain is not None:
+        for ax, letters in zip(place.axes, (seen, "xz"), strict=False):
+            draw_ground(ax, survey.terrain, letters, dense_samples(survey.trajectory).position)
+    return overview
+
+
+def _draw_lines(ax: Axes, survey: Survey, axes: list[int]) -> None:
+    """Draw what is covered, and the lines, in a plane that reaches around both."""
     around = np.concatenate([survey.outline, survey.outline[:1]])[:, axes]
     ax.plot(*around.T, color="#555555", linewidth=1.2, linestyle="--", zorder=1)
     for line in survey.lines:
@@ -216,7 +228,3 @@ def plot_survey(
     (least, lowest), (most, highest) = around.min(axis=0) - room, around.max(axis=0) + room
     ax.set_xlim(min(left, least), max(right, most))
     ax.set_ylim(min(low, lowest), max(high, highest))
-    for axis in profiles.axes:
-        for start, end in survey.spans:
-            axis.axvspan(start, end, color="#0072b2", alpha=0.08, linewidth=0.0)
-    return overview

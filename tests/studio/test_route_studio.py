@@ -12,8 +12,9 @@ import pytest
 import minsnap
 from minsnap.errors import InputError
 from minsnap.paths.routes import GridMap
+from minsnap.plot.map_cells import near_cells, surface
 from minsnap.studio import RouteStudio, show
-from minsnap.studio.map_view import in_space, near_cells, surface
+from minsnap.studio.map_view import in_space
 from minsnap.studio.route_studio import facts
 
 pytest.importorskip("viser")

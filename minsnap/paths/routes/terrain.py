@@ -69,12 +69,16 @@ class Terrain:
             ends = ", ".join(f"{axis} from {a:.6g} to {b:.6g} m" for axis, a, b in zip("xy", low, high, strict=True))
             where = point_text(flat[beyond][0])
             raise ShapeError(f"{where} m is beyond the heights of {self.name}, which are known for {ends}")
-        cells = (flat - low) / self.side
-        first = np.minimum(np.floor(cells).astype(int), np.array(self.heights.shape) - 2)
-        (u, v), (i, j) = (cells - first).T, first.T
-        west = (1.0 - v) * self.heights[i, j] + v * self.heights[i, j + 1]
-        east = (1.0 - v) * self.heights[i + 1, j] + v * self.heights[i + 1, j + 1]
-        ground = (1.0 - u) * west + u * east
+        ground = self.known_at(flat)
         if np.isnan(ground).any():
             raise ShapeError(f"the ground of {self.name} is not known at {point_text(flat[np.isnan(ground)][0])} m")
         return np.asarray(ground.reshape(given.shape[:-1]))
+
+    def known_at(self, places: FloatArray) -> FloatArray:
+        """Return the height of the ground at places (..., 2) within the grid: (...) [m]; not a number where unknown."""
+        cells = (places - self.middle) / self.side
+        first = np.clip(np.floor(cells).astype(int), 0, np.array(self.heights.shape) - 2)
+        (u, v), (i, j) = np.moveaxis(cells - first, -1, 0), np.moveaxis(first, -1, 0)
+        west = (1.0 - v) * self.heights[i, j] + v * self.heights[i, j + 1]
+        east = (1.0 - v) * self.heights[i + 1, j] + v * self.heights[i + 1, j + 1]
+        return np.asarray((1.0 - u) * west + u * east)
