@@ -61,11 +61,11 @@ def clearances_of(obstacle: Obstacle | Prism, points: FloatArray) -> FloatArray:
 
 
 def clearance_in(numbers: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the same for the thirteen numbers of an obstacle."""
-    center, scale, (radius,), low, high = np.split(numbers, (3, 6, 7, 10))
+    """Return the same for the thirteen numbers of an obstacle, or of some, shape (..., 13)."""
+    center, scale, radius, low, high = np.split(numbers, (3, 6, 7, 10), axis=-1)
     flat = np.maximum(points - high, low - points).max(axis=-1)
-    round_ = np.sqrt(((scale * (points - center)) ** 2).sum(axis=-1)) - radius
-    return np.asarray(flat if radius < 0.0 else np.maximum(flat, round_))
+    round_ = np.sqrt(((scale * (points - center)) ** 2).sum(axis=-1)) - radius[..., 0]
+    return np.asarray(np.where(radius[..., 0] < 0.0, flat, np.maximum(flat, round_)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,8 @@ class AroundSettings:
         Cells across an obstacle of the median size, at least; where there are many, gaps are as small as they are.
     many : int
         Cells that this may lead to.
+    each_second : float
+        Cells that it may lead to for each second that there is, where time is limited.
     finer, most : int, int
         How often cells are halved where there is no way, and how many there are at most.
     coarser : float
@@ -54,6 +57,7 @@ class AroundSettings:
     cells: tuple[int, int] = (128, 40)
     across: float = 16.0
     many: int = 600_000
+    each_second: float = 3e6
     finer: int = 3
     most: int = 3_000_000
     coarser: float = 1.1
@@ -91,7 +95,9 @@ class Kept(NamedTuple):
         return Kept(obstacles, np.concatenate((self.points, other.points)), self.clearance, table)
 
 
-def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None) -> FloatArray | None:
+def way_around(
+    kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None, seconds: float = inf
+) -> FloatArray | None:
     """Return the corners of a line from start to goal that keeps away from all obstacles: (m, dim); None without one.
 
     Parameters
@@ -101,20 +107,24 @@ def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside |
         With the clearance [m].
     inside : callable, optional
         Where the way may be.
+    seconds : float
+        How much time there is [s]: the less, the fewer cells a way is looked for in first.
     """
     straight = np.stack((start, goal))
     if (start == goal).all():
         return straight
     if clear_lines(kept, straight[None], 0.0)[0] and (inside is None or inside(_along(straight)).all()):
         return straight
-    ways = (cells.way(start, goal) for cells in cells_around(kept, start, goal, inside))
+    ways = (cells.way(start, goal) for cells in cells_around(kept, start, goal, inside, seconds))
     return next((way for way in ways if way is not None), None)
 
 
-def cells_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None) -> Iterator[FreeCells]:
+def cells_around(
+    kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None, seconds: float = inf
+) -> Iterator[FreeCells]:
     """Return the cells in which a way is looked for, finer ones after the first."""
     straight = np.stack((start, goal))
-    return (FreeCells(kept, straight, size, inside) for size in _sizes(kept, straight))
+    return (FreeCells(kept, straight, size, inside) for size in _sizes(kept, straight, seconds))
 
 
 class FreeCells:
@@ -270,9 +280,10 @@ def _sides_of_grid(kept: Kept, extent: Extent, size: float) -> tuple[FloatArray,
     return lower, np.ceil((extent[1] + margin - lower) / size)
 
 
-def _sizes(kept: Kept, ends: FloatArray) -> Iterator[float]:
+def _sizes(kept: Kept, ends: FloatArray, seconds: float = inf) -> Iterator[float]:
     """Return the sides of cells with which a way is looked for, one after the other, as fine as the most cells [m]."""
-    extent, wanted = _extent_around(kept, ends), _first_size(kept, ends)
+    extent, many = _extent_around(kept, ends), min(AROUND.many, AROUND.each_second * max(seconds, 0.0))
+    wanted = _first_size(kept, ends, extent, many)
     for _ in range(1 + AROUND.finer):
         size = _fitting(kept, extent, wanted, AROUND.most)
         yield size
@@ -281,14 +292,14 @@ def _sizes(kept: Kept, ends: FloatArray) -> Iterator[float]:
         wanted = 0.5 * size
 
 
-def _fitting(kept: Kept, extent: Extent, size: float, most: int) -> float:
+def _fitting(kept: Kept, extent: Extent, size: float, most: float) -> float:
     """Return a size of cells, larger where there would be more cells than the most [m]."""
     while np.prod(_sides_of_grid(kept, extent, size)[1]) > most:
         size *= AROUND.coarser
     return size
 
 
-def _first_size(kept: Kept, ends: FloatArray) -> float:
+def _first_size(kept: Kept, ends: FloatArray, extent: Extent, many: float) -> float:
     """Return the side of cells with which a way is looked for first [m]."""
     dim, far = ends.shape[1], _apart(ends)
     low, high, spread = _sides(kept.obstacles, dim)
@@ -297,7 +308,8 @@ def _first_size(kept: Kept, ends: FloatArray) -> float:
         boxes = [kept.prisms.box(index) for index in range(len(kept.prisms)) if kept.prisms.solid(index)]
         across = np.append(across, [float((above - below).min()) for below, above in boxes])
     wanted = (float(np.median(across)) + 2.0 * kept.clearance) / AROUND.across if len(across) else far
-    return float(min(far / AROUND.cells[dim - 2], _fitting(kept, _extent_around(kept, ends), wanted, AROUND.many)))
+    coarsest = far / AROUND.cells[dim - 2]
+    return float(coarsest if wanted >= coarsest else min(coarsest, _fitting(kept, extent, wanted, max(many, 1e3))))
 
 
 def _apart(ends: FloatArray) -> float:

@@ -18,7 +18,7 @@ from minsnap.basics.deadline import Deadline, LateError
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.half_spaces import one_sided
-from minsnap.corridors.keep_out import Avoided, clearance_of
+from minsnap.corridors.keep_out import Avoided, clearance_in
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import ObstacleMargin, in_space, nearest_obstacle
@@ -37,6 +37,9 @@ from minsnap.optimisation.task import Task
 from minsnap.planning.among_moving import Surroundings, among_moving, least_margin
 from minsnap.planning.other_ways import OTHER_WAYS, other_ways
 from minsnap.trajectory.trajectory import Trajectory, made
+
+FLIGHT = 0.15
+"""Share of a time_limit that the search for a flight has after the way around was found, however late."""
 
 FINER = (1, 2, 4)
 """Into how many parts segments of a way are cut, where fewer have no plan."""
@@ -62,20 +65,13 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
     SolverError
         If the plan does not keep everything at the last look.
     """
-    for index in np.flatnonzero((task.lower == task.upper).all(axis=1)):
-        for which, obstacle in enumerate(obstacles):
-            point = task.waypoints[index]
-            if isinstance(obstacle, Prism):
-                depth, give = -float(obstacle.clearances(point)), ": move it"
-            elif not isinstance(obstacle, Moving):
-                depth, give = -clearance_of(obstacle, in_space(point)), ": move it"
-            elif index:
-                continue  # it may be elsewhere when the waypoint is passed
-            else:
-                depth, give = -float(obstacle.clearances(point, 0.0)), " at 0 s: begin elsewhere, or later"
-            if depth > EXACT:
-                beyond = ObstacleMargin.of(-depth, which, 0.0, obstacles).beyond
-                raise CorridorError(f"waypoint {index}, {point_text(point)}, is {beyond}{give}")
+    fixed = np.flatnonzero((task.lower == task.upper).all(axis=1))
+    depths = _depths(task.waypoints[fixed], fixed == 0, obstacles)
+    if (depths > EXACT).any():
+        row, which = (int(number) for number in np.argwhere(depths > EXACT)[0])
+        beyond = ObstacleMargin.of(-float(depths[row, which]), which, 0.0, obstacles).beyond
+        give = " at 0 s: begin elsewhere, or later" if isinstance(obstacles[which], Moving) else ": move it"
+        raise CorridorError(f"waypoint {fixed[row]}, {point_text(task.waypoints[fixed[row]])}, is {beyond}{give}")
     still = [each for each in obstacles if not isinstance(each, Moving)]
     moving = tuple(each for each in obstacles if isinstance(each, Moving))
     first = _plan_around(task, timing, still) if still else plan_timed(task, timing)
@@ -86,22 +82,44 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
     return timed
 
 
+def _depths(points: FloatArray, first: BoolArray, obstacles: Sequence[Avoided]) -> FloatArray:
+    """Return how far inside of obstacles, or outside of fences, points (n, dim) are: (n, obstacles) [m].
+
+    Those that move may be elsewhere when a point is passed that is not the first.
+    """
+    depths, places = np.full((len(points), len(obstacles)), -np.inf), in_space(points)
+    simple = [which for which, each in enumerate(obstacles) if not isinstance(each, Moving | Prism)]
+    if simple:
+        numbers = np.stack([obstacles[which].numbers() for which in simple])  # type: ignore[union-attr]
+        depths[:, simple] = -clearance_in(numbers, places[:, None])
+    for which, each in enumerate(obstacles):
+        if isinstance(each, Prism):
+            depths[:, which] = -each.clearances(points)
+        elif isinstance(each, Moving):
+            depths[first, which] = [-float(each.clearances(point, 0.0)) for point in points[first]]
+    return depths
+
+
 def _plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
     """Plan as if there were no obstacles, and if that leads through one, along a way around all."""
+    clock = task.deadline.clock
+    limit = timing.due - clock()
     first = plan_timed(task, timing)
     direct = nearest_obstacle(first.trajectory, obstacles)
     if direct.value >= 0.0:
         return first
-    ways = _line_around(task, first.trajectory, Kept.of(obstacles, task.dim))
+    ways = _line_around(task, first.trajectory, Kept.of(obstacles, task.dim), timing.due - clock())
     if ways is None:
         raise UnprovedError(
             f"no way around the obstacles was found; without them the path is {direct.inside}: give a waypoint beside "
             "it, or more room"
         )
-    parts = max(len(way) - 1 for way in ways)
+    parts, until = max(len(way) - 1 for way in ways), max(timing.due, clock() + FLIGHT * limit)
+    within = replace(timing, due=until)
+    in_time = replace(task, deadline=task.deadline.until(max(task.deadline.due, until)))
     for finer in FINER:
         try:
-            found = _plan_along([_in_parts(way, finer * parts) for way in ways], task, timing, obstacles)
+            found = _plan_along([_in_parts(way, finer * parts) for way in ways], in_time, within, obstacles)
             return _quicker(found, ways, task, timing, obstacles, first.trajectory.duration)
         except LateError:
             raise
@@ -123,7 +141,8 @@ def _quicker(
     for leg, way in enumerate(list(ways)):
         if len(way) < 3 or timing.in_time(task).deadline.late:
             continue
-        grid = next(cells_around(kept, way[0], way[-1], _inside(task, leg)))
+        seconds = (timing.due - task.deadline.clock()) / task.legs
+        grid = next(cells_around(kept, way[0], way[-1], _inside(task, leg), seconds))
         cells = grid.free, grid.lower, np.full(grid.dim, grid.size)
         others = other_ways(*cells, way, found.trajectory, partial(grid.way_within, way[0], way[-1]))
         while tried < OTHER_WAYS.bends and not timing.in_time(task).deadline.late:
@@ -192,11 +211,14 @@ def _find_passed_waypoints(task: Task, curve: Trajectory) -> FloatArray:
     return passed
 
 
-def _line_around(task: Task, curve: Trajectory, kept: Kept) -> list[FloatArray] | None:
-    """Return the corners of a line around obstacles for each leg, from where a curve passes its waypoints, or None."""
+def _line_around(task: Task, curve: Trajectory, kept: Kept, seconds: float) -> list[FloatArray] | None:
+    """Return the corners of a line around obstacles for each leg, from where a curve passes its waypoints, or None.
+
+    There are so many seconds for all of them.
+    """
     passed, ways = _find_passed_waypoints(task, curve), []
     for leg in range(task.legs):
-        way = way_around(kept, passed[leg], passed[leg + 1], _inside(task, leg))
+        way = way_around(kept, passed[leg], passed[leg + 1], _inside(task, leg), seconds / task.legs)
         if way is None:
             return None
         ways.append(way)

@@ -106,6 +106,19 @@ def test_there_are_never_more_cells_than_the_most(scale, wide, high, radius, cle
     assert isinstance(grid, FreeCells) and grid.free.ndim == 3 and grid.free.size <= AROUND.most
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_less_time_there_is_the_fewer_cells_a_way_is_looked_for_in(dim):
+    kept, ends = Kept.of(trunks(5, 60), dim), [np.array(end[:dim]) for end in ACROSS]
+    counts = [next(cells_around(kept, *ends, seconds=seconds)).free.size for seconds in (np.inf, 0.1, 0.01, -1.0)]
+    assert counts == sorted(counts, reverse=True) and counts[1] <= 0.1 * AROUND.each_second
+    assert all(
+        count <= max(AROUND.each_second * seconds, 2e5)
+        for count, seconds in zip(counts[1:], (0.1, 0.01, 0.0), strict=True)
+    )
+    for seconds in (0.1, 0.01, -1.0):
+        assert way_around(kept, *ends, seconds=seconds) is not None
+
+
 def test_the_finest_cells_that_fit_are_tried_where_halves_do_not():
     """Where halves were too many, nothing was tried."""
     wall = [Cuboid((20, -50, -50), (20.1, -1.0, 50)), Cuboid((20, 1.0, -50), (20.1, 50, 50))]

@@ -7,6 +7,7 @@ import pytest
 
 import minsnap
 from minsnap import Cuboid, Cylinder, Ellipsoid, Gate, Limits, Room, SolverError
+from minsnap.basics.deadline import Deadline
 from minsnap.cli import main
 from minsnap.corridors.keep_out import clearance_of
 from minsnap.files.request_yaml import read_request, write_request
@@ -94,6 +95,28 @@ def test_forests_are_passed(count):
     curve = minsnap.plan([(0, 0, 2), (60, 0, 2)], limits=limits, avoid=avoid, pieces="auto")
     assert minsnap.certify(curve, avoid=avoid, limits=limits).ok and nearest(curve, avoid) >= -1e-9
     assert 11.2 <= curve.duration <= 13.5  # 60 m at 6 m/s, and 1.2 s of acceleration
+
+
+@pytest.mark.slow
+def test_a_way_that_took_all_of_the_time_leaves_some_for_the_flight(monkeypatch):
+    """Flights of 24 s were returned for 11 s: there was a way, and no time left to search along it."""
+    asked = {"limits": Limits(speed=6.0, acceleration=5.0), "avoid": [Cylinder((x, 0.3), 1.0) for x in (10, 20, 30)]}
+    best, now = minsnap.plan([(0, 0, 2), (40, 0, 2)], **asked), [0.0]
+    search, look = around._plan_around, around._line_around
+
+    def on_a_clock(task, timing, obstacles):
+        deadline = Deadline(clock=lambda: now[0])
+        return search(dataclasses.replace(task, deadline=deadline), dataclasses.replace(timing, due=1e3), obstacles)
+
+    def slowly(*known):
+        now[0] = 2e3
+        return look(*known)
+
+    monkeypatch.setattr(around, "_plan_around", on_a_clock)
+    monkeypatch.setattr(around, "_line_around", slowly)
+    late = minsnap.plan([(0, 0, 2), (40, 0, 2)], **asked)
+    assert now[0] == 2e3 and nearest(late, asked["avoid"]) >= -1e-9
+    assert late.duration <= 1.02 * best.duration
 
 
 @pytest.mark.parametrize(("legs", "pieces"), [(1, 1), (6, 6)])
