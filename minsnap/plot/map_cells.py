@@ -7,6 +7,9 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.paths.routes import GridMap
 
+MOST_FACES = 60_000
+"""Faces of cells that are drawn; where more would be, cells are joined to larger ones."""
+
 HEIGHT = 1.0
 """Of what is drawn of a plane map, whose path is drawn at half of it [m]."""
 
@@ -44,7 +47,7 @@ def near_cells(grid: GridMap, places: FloatArray, clearance: float) -> tuple[Boo
     return taken[:, :, None], np.append(grid.resolution, height), np.append(corner, 0.0)
 
 
-def surface(taken: BoolArray, most: int) -> tuple[FloatArray, int]:
+def surface(taken: BoolArray, most: int = MOST_FACES) -> tuple[FloatArray, int]:
     """Return the faces between taken cells and others, shape (n, 4, 3) in cells, and how many cells a drawn one has.
 
     Faces in a row are one. Where there would be more than ``most``, a cube of cells is one cell, taken where one is.

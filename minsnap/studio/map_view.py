@@ -17,9 +17,6 @@ from minsnap.studio.obstacle_view import halves_of, triangles
 from minsnap.studio.wall_view import TUBE
 from minsnap.trajectory import Trajectory
 
-MOST_FACES = 60_000
-"""Faces of cells that are drawn; where more would be, cells are joined to larger ones."""
-
 FENCE = (92, 98, 112)
 
 
@@ -63,7 +60,7 @@ class MapView:
 
     def _draw_cells(self, grid: GridMap, places: FloatArray, clearance: float) -> None:
         taken, side, corner = near_cells(grid, places, clearance)
-        faces, size = surface(taken, MOST_FACES)
+        faces, size = surface(taken)
         if not len(faces):
             return
         self._mesh("/map/cells", *halves_of(corner + side * faces))
