@@ -411,12 +411,12 @@ def check_state(
 
 
 def check_finite(what: str, points: FloatArray, error: type[MinsnapError]) -> None:
-    """Raise this error if a point of some (n, dim) is not finite, and say which."""
-    finite = np.isfinite(points).all(axis=1)
+    """Raise this error if a point of some (n, dim) is not finite or beyond all sizes, and say which."""
+    finite = bounded(points).all(axis=1)
     if not finite.all():
         index, count = int(np.argmin(finite)), int(np.sum(~finite))
-        more = f", and {count - 1} more are not finite" if count > 1 else ""
-        raise error(f"point {index} of {what} is {point_text(points[index])}{more}: give finite numbers [m]")
+        more = f", and {count - 1} more are like it" if count > 1 else ""
+        raise error(f"point {index} of {what} is {point_text(points[index])}{more}: give finite numbers, {SIZE} [m]")
 
 
 def point_text(point: FloatArray | IntArray) -> str:

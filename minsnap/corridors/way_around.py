@@ -213,10 +213,10 @@ class FreeCells:
             self.free &= (heights >= lowest + reach) & (heights <= highest - reach)
 
     def _block_points(self) -> None:
-        cells = np.floor((self.kept.points - self.lower) / self.size).astype(np.intp)
-        within = ((cells >= 0) & (cells < self.free.shape)).all(axis=1)
+        places = (self.kept.points - self.lower) / self.size
+        within = ((places >= 0.0) & (places < self.free.shape)).all(axis=1)
         taken = np.zeros(self.free.shape, dtype=np.bool_)
-        taken[tuple(cells[within].T)] = True
+        taken[tuple(np.floor(places[within]).astype(np.intp).T)] = True
         self.free &= ~grown(taken, self.kept.clearance, np.full(self.dim, self.size))
 
     def beside(self, point: FloatArray) -> IntArray | None:

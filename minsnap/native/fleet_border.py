@@ -17,6 +17,10 @@ _CLEARANCE = Entry("minsnap_fleet_clearance", ClearanceQuestion)
 _ASSIGNMENT = Entry("minsnap_fleet_assignment", AssignmentQuestion)
 
 
+ROUNDED = 256.0
+"""Roundings of the largest coordinate that distances along parts of curves are off by, at most about."""
+
+
 class NearPairs(NamedTuple):
     """Pairs in a part of the time, in an order that threads do not change.
 
@@ -51,6 +55,12 @@ class FleetArrays:
             "pieces": np.array([len(array) for array in points], dtype=np.int64),
             "degree": np.array([array.shape[1] - 1 for array in points], dtype=np.int64),
         }
+
+    @property
+    def rounding(self) -> float:
+        """How far places may be off by rounding, where they are far from the origin [m]."""
+        points = self._arrays["points"]
+        return ROUNDED * float(np.finfo(np.float64).eps) * max(float(points.max()), -float(points.min()))
 
     def curves(self) -> FleetCurves:
         """Return them as entry points take them."""
@@ -94,10 +104,10 @@ def clearances(
     obstacles : ndarray, shape (obstacles, 13)
         ``Obstacle.numbers`` of each.
     finest : float
-        How far proof and truth may lie apart [m].
+        How far proof and truth may lie apart [m]; where rounding is more, by that, as halving would never end.
     threads : int
     """
-    obstacles = np.ascontiguousarray(obstacles)
+    obstacles, finest = np.ascontiguousarray(obstacles), max(finest, fleet.rounding)
     values, nearest = np.empty((fleet.vehicles, 3)), np.empty(fleet.vehicles, dtype=np.int64)
     asked = {"obstacles": len(obstacles), "obstacle": obstacles, "finest": finest}
     places = {"values": values, "nearest": nearest}

@@ -17,7 +17,7 @@ from minsnap.corridors.obstacle_margins import FINEST, in_space
 from minsnap.corridors.occupancy_grid import dilated
 from minsnap.corridors.prism import nearest_prism
 from minsnap.corridors.way_around import Kept
-from minsnap.native.fleet_border import FleetArrays, clearances
+from minsnap.native.fleet_border import ROUNDED, FleetArrays, clearances
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.known_map import edge
 from minsnap.polynomials.bernstein import multiply
@@ -25,7 +25,7 @@ from minsnap.polynomials.extrema import CurveParts
 from minsnap.trajectory.trajectory import Trajectory
 
 AGREED = 1e-9
-"""Difference of the bound and the distance that ends the search [m]."""
+"""Difference of the bound and the distance that ends the search [m]; more where rounding is."""
 
 SOME = 10_000
 """Points of a cloud that say first how near the nearest can be."""
@@ -102,6 +102,8 @@ class _NearestPairs:
         which, near = self._pairs(arcs, cells)
         self.arcs, self.cells = arcs.chosen(which), cells[near]
         self.best, self.instant, self.cell = np.inf, 0.0, cells[0]
+        largest = max(float(np.abs(grid.lower).max()), float(np.abs(grid.upper).max()))
+        self.agreed = max(AGREED, ROUNDED * float(np.finfo(np.float64).eps) * largest)
         self.unresolved = np.inf
 
     def run(self) -> Approach:
@@ -109,7 +111,7 @@ class _NearestPairs:
         for _ in range(HALVINGS):
             bound = self._bounds()
             self._improve()
-            open_ = np.sqrt(bound) < self.best - AGREED
+            open_ = np.sqrt(bound) < self.best - self.agreed
             closed = bound[~open_]
             self.unresolved = min(self.unresolved, float(closed.min())) if len(closed) else self.unresolved
             if not open_.any():

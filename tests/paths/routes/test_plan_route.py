@@ -229,15 +229,36 @@ def test_a_goal_in_unknown_cells_is_told_from_one_in_occupied_cells(tmp_path, na
 @pytest.mark.parametrize("dim", [2, 3])
 def test_points_that_are_not_finite_are_named(dim):
     cloud = np.full((50, dim), 9.0)
-    cloud[17, 1], cloud[30, 0] = np.nan, np.inf
+    cloud[17, 1], cloud[30, 0] = np.nan, 1e300
     with pytest.raises(
-        CorridorError, match=r"point 17 of what is around the path is \(9, nan.*, and 1 more are not finite"
+        CorridorError, match=r"point 17 of what is around the path is \(9, nan.*, and 1 more are like it"
     ):
         plan_through(cloud, (0, 0, 1)[:dim], (5, 0, 1)[:dim])
     with pytest.raises(CorridorError, match="point 17 of"):
         minsnap.routes.corridor(cloud, [(0, 0, 1)[:dim], (5, 0, 1)[:dim]])
     with pytest.raises(CorridorError, match=r"point 1 of the polygon of a prism is \(nan, 0\): give finite"):
         minsnap.Prism([(0, 0), (np.nan, 0), (1, 1)])
+
+
+@pytest.mark.parametrize("far", [1e6, 1e7])
+@pytest.mark.parametrize("around", ["points", "cells"])
+def test_far_from_the_origin_a_flight_is_measured_to_its_rounding(far, around):
+    """Arcs were halved without an end: bound and distance never agreed to a nanometre."""
+    if around == "points":
+        route = plan_through([(far + 5.0, far, far + 1.0)], (far, far, far + 1.0), (far + 10.0, far, far + 1.0))
+        apart = np.linalg.norm(
+            route(np.linspace(0.0, route.duration, 20_001)) - (far + 5.0, far, far + 1.0), axis=1
+        ).min()
+    else:
+        route = plan_through(CELLS, *(np.add(end, far) for end in (START, GOAL)), resolution=0.1, origin=(far, far))
+        apart = distance_of_samples(route, 4001)
+    assert route.distance == pytest.approx(apart, abs=max(1e-5, 1e-13 * far)) and route.distance >= 0.3 - 1e-13 * far
+
+
+def test_points_far_beyond_all_others_are_kept_away_from_and_disturb_nothing():
+    """Their cells were more than an integer holds."""
+    route = plan_through([(1e30, 0.0, 1.0), (5.0, 0.0, 1.0)], (0.0, 0.0, 1.0), (10.0, 0.0, 1.0))
+    assert route.duration == plan_through([(5.0, 0.0, 1.0)], (0.0, 0.0, 1.0), (10.0, 0.0, 1.0)).duration
 
 
 def trunk_distance(route, trunks, radius):
