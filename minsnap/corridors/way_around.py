@@ -284,12 +284,15 @@ def _sizes(kept: Kept, ends: FloatArray, seconds: float = inf) -> Iterator[float
     """Return the sides of cells with which a way is looked for, one after the other, as fine as the most cells [m]."""
     extent, many = _extent_around(kept, ends), min(AROUND.many, AROUND.each_second * max(seconds, 0.0))
     wanted = _first_size(kept, ends, extent, many)
+    before = inf
     for _ in range(1 + AROUND.finer):
         size = _fitting(kept, extent, wanted, AROUND.most)
+        if size >= before:
+            return
         yield size
         if size > wanted:  # the finest there may be
             return
-        wanted = 0.5 * size
+        before, wanted = size, 0.5 * size
 
 
 def _fitting(kept: Kept, extent: Extent, size: float, most: float) -> float:
