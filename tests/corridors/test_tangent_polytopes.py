@@ -142,7 +142,7 @@ def test_what_is_cut_off_by_a_plane_needs_none_of_its_own():
     [
         ([Cylinder((2, 0), 0.5)], [(0, 0), (4, 0)], "obstacle 0, and the clearance is 0 m"),
         (np.zeros((3, 3)), [(0, 0), (4, 0)], "points of 2 finite numbers"),
-        ([(np.nan, 0.0)], [(0, 0), (4, 0)], "points of 2 finite numbers"),
+        ([(np.nan, 0.0)], [(0, 0), (4, 0)], r"point 0 of what is around the path is \(nan, 0\): give finite numbers"),
         ("a wall", [(0, 0), (4, 0)], "give cylinders"),
     ],
 )

@@ -152,7 +152,7 @@ class Explorer:
         """
         dim = len(self.goal)
         here = check_array("the position of the sensor", position, ((dim,),), f"{dim} finite numbers [m]", InputError)
-        seen, ends = (self._listed(*each) for each in (("points seen", points), ("ends of rays", rays)))
+        seen, ends = (self._listed(*each) for each in (("points", points), ("ends of rays", rays)))
         far = np.linalg.norm(seen - here, axis=1) > self.sensing
         ends = np.vstack((ends, seen[far])) - here
         reach = np.linalg.norm(ends, axis=1, keepdims=True)

@@ -136,7 +136,7 @@ def test_of_lines_that_wait_each_is_taken_and_answered_and_one_plan_is_made(flig
         ('{"position": [0], "points": []}', "position of the sensor"),
         ('{"position": [0, NaN], "points": []}', "position of the sensor"),
         ('{"position": [0, 0], "points": [[1, 2, 3]]}', "points are"),
-        ('{"position": [0, 0], "points": [[1, Infinity]]}', "points are"),
+        ('{"position": [0, 0], "points": [[1, Infinity]]}', "point 0 of the points is (1, inf)"),
         ('{"position": [0, 0], "rays": "all"}', "ends of rays are"),
         ('{"position": [0, 0], "id": []}', "id is"),
         ('{"position": {"x": 0}, "points": []}', "position of the sensor"),

@@ -209,9 +209,9 @@ def test_a_false_observation_ahead_is_flown_around():
     [
         ((np.nan, 0.0), [], None, "position of the sensor"),
         ((0.0, 0.0, 0.0), [], None, "position of the sensor"),
-        ((0.0, 0.0), [(1.0, 1.0), (np.nan, 1.0)], None, r"point 1 of the points seen is \(nan, 1\): give finite"),
-        ((0.0, 0.0), [(1.0, 1.0), (1e300, 1.0)], None, r"point 1 of the points seen is \(1e\+300, 1\)"),
-        ((0.0, 0.0), [(1.0, 1.0, 1.0)], None, "points seen are"),
+        ((0.0, 0.0), [(1.0, 1.0), (np.nan, 1.0)], None, r"point 1 of the points is \(nan, 1\): give finite"),
+        ((0.0, 0.0), [(1.0, 1.0), (1e300, 1.0)], None, r"point 1 of the points is \(1e\+300, 1\)"),
+        ((0.0, 0.0), [(1.0, 1.0, 1.0)], None, "points are"),
         ((0.0, 0.0), [], [(np.inf, 0.0), (0.0, np.nan)], r"point 0 of the ends of rays is \(inf, 0\), and 1 more"),
     ],
 )
