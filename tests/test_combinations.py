@@ -212,7 +212,7 @@ def test_a_leg_whose_length_alone_is_too_much_is_refused_after_a_glance(monkeypa
     solve, efforts = timing.solve, []
 
     def noted(task, *given, effort):
-        efforts.extend([effort] * task.explained)
+        efforts.extend([effort] * task.explains)
         return solve(task, *given, effort=effort)
 
     monkeypatch.setattr(timing, "solve", noted)

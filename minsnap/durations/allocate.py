@@ -60,10 +60,10 @@ def _answer(task: Task, timing: Timing) -> PlanOutcome:
     if isinstance(outcome.reason, UnlimitedError):
         return _answer_otherwise(_try_once(task, several), task, several)
     refused = outcome.refused
-    if refused is None or not task.explained:
+    if refused is None or not task.explains:
         outcome = _answer_otherwise(outcome, task, timing)
         turns = timing.shortest and timing.bounds.yaw_rate is not None and outcome.end is End.KEPT
-        if not ((outcome.stands_in or turns) and task.explained):
+        if not ((outcome.stands_in or turns) and task.explains):
             return outcome
     else:
         short = AskedTimes(task, timing).too_short()  # a refusal of one piece proves nothing of more
@@ -105,7 +105,7 @@ def _answer_otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanO
         found = if_possible(lambda: asked.in_other_times(SolverError("the search had no end")))
         return outcome.or_quicker(_look_at(found, task, timing)) if isinstance(found, Timed) else outcome
     refused = outcome.refused
-    if refused is None or not task.explained:
+    if refused is None or not task.explains:
         return outcome
     again = asked.by_necessary_walls(refused)
     if isinstance(again, Timed):

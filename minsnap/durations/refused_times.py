@@ -201,7 +201,7 @@ class AskedTimes:
 
     def _bounded(self) -> Task:
         """Return the task with the walls of the limits, whose refusals are not explained, due when the search is."""
-        return self.timing.in_time(replace(self.timing.bounded(self.task), explained=False))
+        return self.timing.in_time(replace(self.timing.bounded(self.task), explains=False))
 
     def _necessary(self, task: Task) -> Task:
         """Return a task with the walls that every curve within the limits keeps."""
@@ -214,7 +214,7 @@ class AskedTimes:
         It names the shortest total found, if a refusal knows any.
         """
         task, timing = self.task, self.timing
-        if not task.explained or self._starts_beyond:
+        if not task.explains or self._starts_beyond:
             return None
         shortest = getattr(refused, "shortest", None)
         from minsnap.refusals.short_total import short_leg, short_total

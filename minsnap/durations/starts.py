@@ -46,7 +46,7 @@ def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = No
     spent = found.end is End.SPENT
     if not (timing.in_time(task).deadline.has_last_try() if spent else task.pieces > 1):
         return found
-    fewer = replace(task, pieces=1 if spent else task.pieces - 1, explained=False)
+    fewer = replace(task, pieces=1 if spent else task.pieces - 1, explains=False)
     divided = _divided(shortest_of_starts(fewer, replace(timing, refine=False)), task, timing)
     if (found.planned is None or found.stands_in) and divided.planned is not None and not spent:
         curve = divided.planned.solved.trajectory

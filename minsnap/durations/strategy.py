@@ -736,7 +736,7 @@ class Strategy:
 
     def find_reason(self, curve: ShortestCurve | None) -> MinsnapError:
         """Search within looser limits for why there is no plan: the corridor alone, or which limit is exceeded."""
-        if not self.task.explained:
+        if not self.task.explains:
             return SolverError("no plan that keeps the walls and the limits was found from this start")
         used = self._exceeded()
         if used is not None:

@@ -220,7 +220,7 @@ def _or_explained(solved: SolvedTask | Unsolved, task: Task, durations: FloatArr
 
 
 def _explained(task: Task, durations: FloatArray) -> MinsnapError:
-    if not task.explained:
+    if not task.explains:
         return SolverError("no curve was found that keeps the walls and the limits in these durations")
     from minsnap.refusals.given_times import explain
 

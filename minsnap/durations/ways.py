@@ -83,7 +83,7 @@ class EndConnectors:
         There is no plan either where the whole does not keep the limits and the walls.
         """
         if self.task.pieces < CONNECTOR.pieces:
-            few = self.around(outcome_of(lambda: plan(replace(self.task, explained=False))), limits)
+            few = self.around(outcome_of(lambda: plan(replace(self.task, explains=False))), limits)
             if few.refused is None and not few.stands_in:
                 return few
             more = self.around(plan(replace(self.task, pieces=CONNECTOR.pieces)), limits)

@@ -86,7 +86,7 @@ def at_rest_everywhere(task: Task, timing: Timing) -> Timed | None:
     """
     if not timing.shortest or not (task.still or (task.moving == {0} and not task.closed)):
         return None
-    ways, task = EndConnectors(task), replace(task, deadline=Deadline(), explained=False)
+    ways, task = EndConnectors(task), replace(task, deadline=Deadline(), explains=False)
     if not task.still:
         stop = Stopping(replace(task, finish=lambda curve: curve), timing.bounds).braking()
         if stop is None or len(stop.durations) > 1:

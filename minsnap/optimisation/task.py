@@ -59,7 +59,7 @@ class Task:
         Waypoints that must lie in a ball or a gate, within ``lower`` and ``upper``.
     deadline : Deadline
         At which every solve ends, with what is certified or with a SolverError.
-    explained : bool
+    explains : bool
         Whether an error says which leg or limit is in the way; finding that takes longer than a plan.
     touching : bool
         Whether what follows where waypoints lie on walls is used: see ``touches``.
@@ -81,7 +81,7 @@ class Task:
     solver: str
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
     deadline: Deadline = NEVER
-    explained: bool = True
+    explains: bool = True
     touching: bool = True
     samples: int | None = None
     finish: AttachHeading = as_it_is

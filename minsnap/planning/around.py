@@ -291,7 +291,7 @@ def _cut(task: Task, corners: FloatArray, parts: int) -> Task:
     points[::parts], lower[::parts], upper[::parts] = task.waypoints, task.lower, task.upper
     pins = {knot * parts: state for knot, state in task.pins.items()}
     regions = {knot * parts: region for knot, region in task.regions.items()}
-    cut = replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, regions=regions, explained=False)
+    cut = replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, regions=regions, explains=False)
 
     def finish(curve: Trajectory) -> Trajectory:
         # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.

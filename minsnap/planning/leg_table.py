@@ -88,7 +88,7 @@ class TimedCourse:
     def _searched(self, task: Task, limits: Limits, first: Trajectory) -> Trajectory | None:
         """Return the shortest flight that a search finds from a curve; None where it finds none."""
         timing = replace(self.timing, limits=limits, progress=None, refine=False)
-        task = replace(task, deadline=Deadline(), explained=False)
+        task = replace(task, deadline=Deadline(), explains=False)
         moving = 0 in task.moving or end_on_limit(task, limits)
         search: Callable[..., PlanOutcome] = shortest_from if moving else shortest_of_starts
         found = outcome_of(lambda: search(task, timing, first)).planned

@@ -382,7 +382,7 @@ class Replanner:
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a step that overflows has no merit, and is refused
     def _better(self, call: _Call, rest: Trajectory | None, standing: Trajectory | None, seconds: float) -> Better:
         splice, aim = call.splice, call.aim
-        task = replace(call.course.task, deadline=call.deadline, explained=False)
+        task = replace(call.course.task, deadline=call.deadline, explains=False)
         if call.avoid:
             timing, task = aim.timing(call.due, inf), replace(task, finish=self._finish(call, splice))
             timed = plan_around(task, replace(timing, progress=None), call.avoid)

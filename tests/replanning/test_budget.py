@@ -34,7 +34,7 @@ def flown():
 def task_of(flown, walls, points, **changes):
     splice = splice_of(flown, 0.3, 0.1, 4)
     course = course_ahead(splice, points, None, splice.leg_start, [walls], 1)
-    return replace(course.task, explained=False, **changes)
+    return replace(course.task, explains=False, **changes)
 
 
 def through(width):
