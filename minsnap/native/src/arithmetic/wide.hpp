@@ -1,9 +1,10 @@
 // Jobs compiled again for newer processors, with registers of four numbers and with twice as many of them, to the same bits.
+// Without optimisation nothing is inlined into them, and vectors would cross functions in the way of another processor.
 #pragma once
 
 namespace minsnap {
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && defined(__OPTIMIZE__)
 template <class Job>
 __attribute__((target("avx2"), noinline, flatten)) void run_wide(Job &job) {
     job();
