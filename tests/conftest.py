@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -21,6 +22,14 @@ def pytest_collection_modifyitems(items):
     """Let tests use numbers of any size: only the tests of the warning look at it."""
     for item in items:
         item.add_marker(pytest.mark.filterwarnings("ignore::minsnap.errors.MagnitudeWarning"))
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Close what a test has drawn: pyplot warns of more than 20 figures, in whichever test draws the next one."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import sys
 
 import numpy as np
 import pytest
-from matplotlib import pyplot
 
 import minsnap
 import minsnap.plot
@@ -22,13 +21,6 @@ CURVE = minsnap.plan(POINTS, total_time=5.0)
 PACKAGES = ["", "corridors", "fleet", "flight", "plot", "paths.routes", "paths.missions", "shows", "vehicle"]
 APART = {"Relay", "open_source", "show", "stream"}
 """Calls that open a port or a page."""
-
-
-@pytest.fixture(autouse=True)
-def closed_figures():
-    """Close what calls have drawn before they were refused."""
-    yield
-    pyplot.close("all")
 
 
 class Followed:

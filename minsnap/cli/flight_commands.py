@@ -201,9 +201,7 @@ def systems_of(system: str | None, count: int) -> list[int | None]:
 
 def check_apart(fleet: minsnap.Fleet) -> None:
     """Refuse a fleet whose vehicles jump, or do not keep the separation that its files ask for."""
-    if len(fleet) == 1:
-        return
-    if fleet.separation is None:
+    if len(fleet) > 1 and fleet.separation is None:
         print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
     certificate = minsnap.certify_fleet(fleet)
     if not certificate.ok:

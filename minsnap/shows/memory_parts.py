@@ -15,7 +15,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.formats import compressed, crazyflie_rows, curve_of_bytes, curve_of_rows, distance_bounds
-from minsnap.fleet import Fleet
+from minsnap.fleet import Fleet, certify_fleet
 from minsnap.trajectory import Trajectory, widest_step
 
 MEMORY = 4096
@@ -136,7 +136,7 @@ def parts_of(fleet: Fleet, acts: Sequence[tuple[str, float]] = (), *, plain: boo
         return [MemoryPart(0.0, fleet.duration, tuple(upload_of(curve, plain=plain) for curve in fleet))]
     except FileError:
         flights = _flights(fleet)
-        if len(flights) < 2:
+        if len(flights) < 2 or certify_fleet(fleet).jump is not None:  # no rest lies between two places
             raise
     return _laid_out(_joined(fleet, flights, acts, plain), PIECE if plain else ALIGNED)
 

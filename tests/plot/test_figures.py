@@ -36,14 +36,6 @@ def path():
     return minsnap.helix(2.0, 0.5, laps=2.0)
 
 
-@pytest.fixture(autouse=True)
-def close():
-    yield
-    from matplotlib import pyplot
-
-    pyplot.close("all")
-
-
 class Bounds:
     """Limits as the figures read them: by name."""
 

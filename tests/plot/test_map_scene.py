@@ -1,6 +1,5 @@
 """Pictures of routes in space with what is around them, and of surveys with the ground below."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -85,7 +84,6 @@ def test_a_survey_over_ground_is_drawn_with_it(survey, view):
     else:
         least = axes[0].get_zlim()[0] if view == "3d" else axes[0].get_ylim()[0]
         assert least < 3.0
-    plt.close("all")
 
 
 def test_ground_that_is_not_known_or_elsewhere_is_left_out(survey):

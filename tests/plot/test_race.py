@@ -23,14 +23,6 @@ def path():
     return minsnap.plan(COURSE, [1.2, 1.3, 1.2], yaw="tilt", waypoint_tolerance=Ball(0.3))
 
 
-@pytest.fixture(autouse=True)
-def close():
-    yield
-    from matplotlib import pyplot
-
-    pyplot.close("all")
-
-
 def line(ax, label):
     return next(drawn for drawn in ax.lines if drawn.get_label() == label)
 

@@ -242,6 +242,9 @@ def test_a_fleet_that_comes_too_near_or_jumps_is_not_flown(tmp_path, capsys, veh
             main(["upload", str(tmp_path / "folder"), *addresses, "--start"])
         assert left.value.code == 1 and not any(here.memory) and not there.commands
     assert re.search(sentence, capsys.readouterr().err)
+    if len(fleet) == 1:
+        with pytest.raises(FileError, match=r"piece 1 ends 3\.24 m from piece 2"):
+            parts_of(fleet)
 
 
 def test_cflibs_own_driver_carries_the_same_bytes(monkeypatch):

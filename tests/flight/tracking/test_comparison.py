@@ -192,7 +192,6 @@ def test_the_figure_shows_every_flight(eight) -> None:
     import matplotlib
 
     matplotlib.use("agg")
-    from matplotlib import pyplot
 
     figure = plot_tracking(eight.sample(20.0), {"a": flown(eight), "b": flown(eight, 0.2)}, "two flights")
     plane, *profiles = figure.axes
@@ -206,4 +205,3 @@ def test_the_figure_shows_every_flight(eight) -> None:
     for ax in gapped.axes:
         flight, reference = (np.isnan(line.get_data()[-1]).sum() for line in ax.lines)
         assert flight == reference == 1, "a line is drawn across a gap"
-    pyplot.close("all")
