@@ -13,8 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import minsnap
-from minsnap.paths.routes import read_terrain
 from minsnap.plot import save_figure
+from minsnap.routes import read_terrain
 
 FIELD = [(0, 0), (160, 0), (180, 90), (20, 110)]
 SIDE = 5.0

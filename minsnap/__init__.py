@@ -49,7 +49,7 @@ def __getattr__(name: str) -> Any:
         if name in _ELSEWHERE:
             raise AttributeError(f"minsnap has no {name}: it is {_ELSEWHERE[name]}") from None
         for home in () if name.startswith("_") else _HOMES:
-            module = import_module("minsnap.paths.routes" if home == "routes" else f"minsnap.{home}")
+            module = import_module(f"minsnap.{home}")
             if name in getattr(module, "__all__", dir(module)):
                 if name in _MOVED:
                     from minsnap.basics.warn import warn_deprecated

@@ -5,6 +5,7 @@ from . import files as files
 from . import fleet as fleet
 from . import flight as flight
 from . import plot as plot
+from . import routes as routes
 from . import shows as shows
 from . import studio as studio
 from . import torch as torch
@@ -49,7 +50,6 @@ from .fleet.fleet_planner import plan_fleet as plan_fleet
 from .limits.limits import Limits as Limits
 from .native.build import get_include as get_include
 from .optimisation.textbook_qp import build_qp as build_qp
-from .paths import routes as routes
 from .paths.missions.course import Course as Course
 from .paths.missions.course import Stop as Stop
 from .paths.missions.course import read_course as read_course

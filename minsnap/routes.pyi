@@ -1,0 +1,1 @@
+from .paths.routes import *  # noqa: F403
