@@ -34,7 +34,7 @@ from minsnap.native import proved_extrema as native
 from minsnap.native.fleet_border import FleetArrays, NearPairs, clearances, near_pairs
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.report import Utilisation
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, widest_step
 
 if TYPE_CHECKING:
     from minsnap.fleet.fleet_tube import FleetTube
@@ -241,13 +241,10 @@ class FleetCertificate:
     @cached_property
     def jump(self) -> tuple[int, float, float] | None:
         """The greatest step in position over 1 cm: vehicle, instant [s] and distance [m]; None without one."""
-        points = [curve.control_points for curve in self.fleet]
-        steps = [np.linalg.norm(each[1:, 0] - each[:-1, -1], axis=1) for each in points]
-        vehicle = int(np.argmax([each.max(initial=0.0) for each in steps]))
-        if steps[vehicle].max(initial=0.0) <= 0.01:  # numbers of few digits make small ones
-            return None
-        knot = int(steps[vehicle].argmax())
-        return vehicle, float(self.fleet[vehicle].breaks[knot + 1]), float(steps[vehicle][knot])
+        steps = [widest_step(curve) for curve in self.fleet]
+        vehicle = int(np.argmax([step for step, _, _ in steps]))
+        step, instant, _ = steps[vehicle]
+        return (vehicle, instant, step) if step > 0.01 else None  # numbers of few digits make small ones
 
     @cached_property
     def room_margin(self) -> float | None:

@@ -15,7 +15,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.formats import compressed, crazyflie_rows, curve_of_bytes, curve_of_rows, distance_bounds
-from minsnap.fleet import Fleet, certify_fleet
+from minsnap.fleet import Fleet
 from minsnap.trajectory import Trajectory, widest_step
 
 MEMORY = 4096
@@ -25,6 +25,9 @@ POLYNOMIALS, COMPRESSED = 0, 1
 
 ALIGNED, PIECE = 4, 132
 """Bytes on a multiple of which a trajectory begins, and those of one piece of polynomials."""
+
+FARTHEST = 0.01
+"""How far what is held may be from the planned curve [m]."""
 
 STILL = (1e-3, 0.05)
 """Speed and acceleration up to which a vehicle rests [m/s, m/s^2]."""
@@ -81,7 +84,7 @@ class MemoryPart:
         return self.uploads[0].slot
 
 
-def upload_of(trajectory: Trajectory, farthest: float = 0.01, room: int = MEMORY, *, plain: bool = False) -> Upload:
+def upload_of(trajectory: Trajectory, farthest: float = FARTHEST, room: int = MEMORY, *, plain: bool = False) -> Upload:
     """Return the bytes of a trajectory: polynomials if they fit into so many bytes, else the compressed form.
 
     Raises
@@ -136,7 +139,7 @@ def parts_of(fleet: Fleet, acts: Sequence[tuple[str, float]] = (), *, plain: boo
         return [MemoryPart(0.0, fleet.duration, tuple(upload_of(curve, plain=plain) for curve in fleet))]
     except FileError:
         flights = _flights(fleet)
-        if len(flights) < 2 or certify_fleet(fleet).jump is not None:  # no rest lies between two places
+        if len(flights) < 2 or any(widest_step(curve)[0] > FARTHEST for curve in fleet):  # a jump is no rest
             raise
     return _laid_out(_joined(fleet, flights, acts, plain), PIECE if plain else ALIGNED)
 
