@@ -1,8 +1,8 @@
-// Exponential, logarithm and whole powers by operations that IEEE 754 rounds once: C libraries differ in the last bit, and
+// Exponential, logarithm, sine, cosine and whole powers by operations that IEEE 754 rounds once: C libraries differ in the last bit, and
 // what searches decide by must not.
 //
-// Reduction by powers of two with ln 2 in two parts, then a Taylor polynomial (W. J. Cody and W. Waite, "Software Manual
-// for the Elementary Functions", 1980). Both are accurate to about two units in the last place.
+// Reduction by powers of two, or by quarter turns, with ln 2 or the turn in two parts, then a Taylor polynomial (W. J. Cody
+// and W. Waite, "Software Manual for the Elementary Functions", 1980). All are accurate to about two units in the last place.
 #pragma once
 
 #include <cmath>
@@ -30,6 +30,23 @@ inline double logarithm(double x) {
     double sum = 0.0;
     for (int n = 21; n > 1; n -= 2) sum = (sum + 1.0 / n) * square;
     return exponent * ln2_high + (2.0 * ratio * (1.0 + sum) + exponent * ln2_low);
+}
+
+// Of an angle of at most some thousand turns.
+inline void sine_and_cosine(double angle, double &sine, double &cosine) {
+    constexpr double high = 0x1.921fb544p+0, low = 0x1.0b4611a626331p-34;  // a quarter turn
+    const double whole = std::floor(angle * 0.63661977236758134 + 0.5);
+    const double rest = (angle - whole * high) - whole * low, square = rest * rest;
+    double along = 1.0, across = 1.0;
+    for (int n = 18; n > 0; n -= 2) {
+        along = 1.0 - along * square / (n * (n - 1));
+        across = 1.0 - across * square / (n * (n + 1));
+    }
+    across *= rest;
+    const int quarter = int(whole - 4.0 * std::floor(0.25 * whole));
+    const double turned[4] = {along, -across, -along, across};
+    cosine = turned[quarter];
+    sine = turned[(quarter + 3) % 4];
 }
 
 inline double power(double x, int n) {

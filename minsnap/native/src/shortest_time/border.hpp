@@ -38,6 +38,12 @@ MINSNAP_RECORD(ShortestRequest, {
     const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
     const WallsRecord *cones;         // (groups,)
     const MomentaryLimit *momentary;  // (limits,)
+    std::int64_t turns;               // cubics of the heading on each leg, of equal shares of its time; or on the whole way
+    const double *turning;            // (legs, turns, 4) their control points [rad], or null
+    const std::int64_t *follows;      // (legs, turns) 1 where it is along the velocity instead, or null
+    double clock;                     // where it is a function of time: seconds that (1, turns, 4) of them span from the start on; else 0
+    const double *angles;             // (legs + 1,) through which it goes by a spline of the legs' durations instead, or null [rad]
+    double rate;                      // of that at the start of an open course [rad/s]
     double row_work, iteration_work;  // of an iteration: for each row, and besides
     double worth;                     // work of a question beyond which its search ends
     double vanishing;                 // share of the longest total below which a search ends

@@ -65,6 +65,10 @@ struct GatheredLimit {
         if (limit.products == 6) return widely([&]() MINSNAP_INLINED { products<3>(u, terms); });
         if (limit.kind == LimitKind::yawed_rotors)
             return widely([&]() MINSNAP_INLINED { limit.inputs() == 9 ? of_rotors<9>(u, terms) : of_rotors<12>(u, terms); });
+        if (limit.kind == LimitKind::turn_rate) return of_turn_rate(u, terms);
+        if (limit.headed())
+            return widely([&]()
+                              MINSNAP_INLINED { limit.inputs() == 9 ? of_turning_rotors<9>(u, terms) : of_turning_rotors<12>(u, terms); });
         switch (limit.inputs()) {
             case 4: return widely([&]() MINSNAP_INLINED { directly<4>(u, terms); });
             case 6: return widely([&]() MINSNAP_INLINED { directly<6>(u, terms); });
@@ -110,6 +114,50 @@ private:
         mirror<n>(terms);
     }
 
+    // Its change with the logarithm of the own duration alone.
+    void of_turn_rate(const Quad *u, InstantTerms &terms) const {
+        const double limit_rate = limit.parameters[0];
+        const double unit = limit.timed ? 0.0 : -1.0 / (limit_rate * limit_rate);
+        const Quad change = unit * (u[2] * u[2] + u[3] * u[3]);
+        terms.own_slope = four(weights.gradient) * change;
+        terms.own_bend = four(weights.outer) * change * change - 2.0 * four(weights.hessian) * change;
+    }
+
+    // The same where the heading turns.
+    template <int n>
+    MINSNAP_INLINE void of_turning_rotors(const Quad *u, InstantTerms &terms) const {
+        const TurningRotors asked(limit.parameters);
+        using Gradients = TurningGradients<n == 12>;
+        typename Gradients::Plain heading[TurningRotors::heading];
+        Space<typename Gradients::Plain> motion[4];
+        for (int q = limit.span.low; q <= limit.span.high; ++q, u += 3)
+            motion[q - 1].x.value = u[0], motion[q - 1].y.value = u[1], motion[q - 1].z.value = u[2];
+        for (int k = 0; k < TurningRotors::heading; ++k) heading[k].value = u[k];
+        Gradients gradients(asked, motion, heading);
+        clear<n>(terms);
+        clear_own<n>(terms);
+        Quad gradient[n];
+        const auto weight = [&](const double *of, int function) MINSNAP_INLINED { return four(of + function * stride); };
+        const auto sum = [&](double unit, int row, int other) MINSNAP_INLINED {  // the other has the same gradient but for its sign
+            const auto both = [&](const double *of, double sign)
+                                  MINSNAP_INLINED { return other < 0 ? weight(of, row) : weight(of, row) + sign * weight(of, other); };
+            const Quad bent = unit * both(weights.hessian, -1.0), crossed = (unit * unit) * both(weights.outer, 1.0),
+                       sloped = unit * both(weights.gradient, -1.0), along = crossed * gradients.own;
+            add<n>(gradient, bent, crossed, sloped, terms);
+            for (int i = 0; i < n; ++i) terms.crossed[i] += along * gradient[i];
+            terms.own_slope += sloped * gradients.own;
+            terms.own_bend += along * gradients.own + bent * gradients.own_bend;
+        };
+        for (int k = 0; k < asked.rotors; ++k) {
+            gradients.of_rotor(asked.mixer + asked.rotors * k, gradient);
+            sum(1.0 / asked.most, k, k + asked.rotors);
+        }
+        gradients.of_cone(gradient);
+        sum(asked.unit(), asked.cone, -1);
+        mirror<n>(terms);
+        if (limit.timed) clear_own<n>(terms);
+    }
+
     // Add a function without second derivatives: weights of its gradient as Hessians are, of the outer product, of the gradient.
     template <int n>
     static MINSNAP_INLINE void add(const Quad *gradient, const Quad &bent, const Quad &crossed, const Quad &sloped, InstantTerms &terms) {
@@ -127,6 +175,12 @@ private:
             terms.slope[i] = terms.pull[i] = Quad{};
             for (int j = 0; j <= i; ++j) terms.bend[i][j] = Quad{};
         }
+    }
+
+    template <int n>
+    static MINSNAP_INLINE void clear_own(InstantTerms &terms) {
+        terms.own_slope = terms.own_bend = Quad{};
+        for (int i = 0; i < n; ++i) terms.crossed[i] = Quad{};
     }
 
     template <int n>
@@ -223,7 +277,7 @@ private:
 void InstantLimit::values(const Quad *u, Quad *out) const {
     widely([&]() MINSNAP_INLINED {
         Dual<0, Quad> x[most_inputs], found[most_functions];
-        for (int n = 0; n < inputs(); ++n) x[n].value = u[n];
+        for (int n = 0; n < given(); ++n) x[n].value = u[n];
         functions_at(x, found);
         for (int f = 0; f < functions; ++f) out[f] = found[f].value;
     });
@@ -232,7 +286,7 @@ void InstantLimit::values(const Quad *u, Quad *out) const {
 void InstantLimit::slopes(const Quad *u, const Quad *step, Quad *out) const {
     widely([&]() MINSNAP_INLINED {
         Dual<1, Quad> x[most_inputs], found[most_functions];
-        for (int n = 0; n < inputs(); ++n) x[n].value = u[n], x[n].slope[0] = step[n];
+        for (int n = 0; n < given(); ++n) x[n].value = u[n], x[n].slope[0] = step[n];
         functions_at(x, found);
         for (int f = 0; f < functions; ++f) out[f] = found[f].slope[0];
     });

@@ -7,7 +7,7 @@
 
 #include "arithmetic/curved.hpp"
 #include "shortest_time/border.hpp"
-#include "vehicle/rotors.hpp"
+#include "vehicle/turning_rotors.hpp"
 
 namespace minsnap {
 
@@ -20,6 +20,8 @@ enum class LimitKind : std::int64_t {
     yawed_rotors = 5,
     heading_rate = 6,
     look_rate = 7,
+    turning_rotors = 8,
+    turn_rate = 9,
 };
 
 // Parameters: medium, ratio.
@@ -167,6 +169,18 @@ inline void look_rate(const double *p, const Real *x, Real *out) {
     out[0] = 0.5 * (turn * turn) - 0.5;
 }
 
+// Parameters: limit. From a heading.
+template <class Real>
+inline void turn_rate(const double *p, const Real *heading, Real *out) {
+    out[0] = (0.5 / (p[0] * p[0])) * (heading[2] * heading[2] + heading[3] * heading[3]) - 0.5;
+}
+
+// Where a heading is along the velocity, its numbers are those of horizontal velocity, acceleration and jerk: they may be as long as they like.
+MINSNAP_INLINE void follow(const Quad *motion, Quad *heading) {
+    const Quad &along = heading[TurningRotors::heading - 1];
+    for (int n = 0; n < TurningRotors::heading - 1; ++n) heading[n] = along > 0.0 ? motion[n / 2 * 3 + n % 2] : heading[n];
+}
+
 // Orders of derivatives, none where the last is below the first.
 struct Span {
     int low, high;
@@ -179,6 +193,8 @@ struct Span {
 struct InstantTerms {
     static constexpr int most = 12, together = Lanes<Quad>::count;
     Quad slope[most], pull[most], bend[most][most];
+    Quad crossed[most], own_slope,
+        own_bend;  // where there is a heading: the same with the logarithm of the own duration, by which that turns
 
     // Leave one instant out.
     void silence(int inputs, int lane) {
@@ -197,19 +213,27 @@ struct RowWeights {
 };
 
 struct InstantLimit {
-    static constexpr int most_functions = YawedRotors::functions, most_inputs = InstantTerms::most;
+    static_assert(TurningRotors::values == YawedRotors::values && TurningRotors::inertia_at == YawedRotors::inertia_at,
+                  "both have their inertia at the same place");
+    static constexpr int most_functions = YawedRotors::functions, most_inputs = InstantTerms::most + TurningRotors::heading;
 
     LimitKind kind;
     const double *parameters;
     Span span;                          // of the derivatives that it depends on
+    bool along = false;                 // whether its heading may be along the velocity
+    bool timed = false;                 // whether its heading is a function of time, which a longer duration does not slow
     int axes, functions, products = 0;  // coordinates of each; products of which it is a function, f.f among them, 0 for none
 
     explicit InstantLimit(const MomentaryLimit &asked) : kind(static_cast<LimitKind>(asked.kind)), parameters(asked.parameters) {
         const bool turns = kind == LimitKind::heading_rate || kind == LimitKind::look_rate;
-        const bool drag = !turns && Medium(parameters).drag();
+        if (kind == LimitKind::turn_rate) {
+            span = {1, 0}, axes = 0, functions = 1;
+            return;
+        }
+        const bool drag = !turns && (headed() ? TurningRotors(parameters).drag() : Medium(parameters).drag());
         axes = turns ? 2 : 3;
         const bool two = kind == LimitKind::tilt || kind == LimitKind::heading_rate || kind == LimitKind::unspun_rotors;
-        functions = two ? 2 : kind == LimitKind::yawed_rotors ? YawedRotors::functions : 1;
+        functions = two ? 2 : of_yaw() ? YawedRotors::functions : 1;
         span.low = kind == LimitKind::look_rate ? 0 : 1;
         span.high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
         if (!drag && (kind == LimitKind::body_rate || rotors())) span.low = 2;
@@ -220,14 +244,23 @@ struct InstantLimit {
     static bool known(const MomentaryLimit &asked, std::int64_t dim) {
         const bool turns = asked.kind == static_cast<std::int64_t>(LimitKind::heading_rate) ||
                            asked.kind == static_cast<std::int64_t>(LimitKind::look_rate);
-        return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::look_rate) && dim >= (turns ? 2 : 3);
+        return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::turn_rate) &&
+               dim >= (turns                                                           ? 2
+                       : asked.kind == static_cast<std::int64_t>(LimitKind::turn_rate) ? 1
+                                                                                       : 3);
     }
 
-    bool rotors() const { return kind == LimitKind::unspun_rotors || kind == LimitKind::yawed_rotors; }
+    bool rotors() const { return kind == LimitKind::unspun_rotors || of_yaw(); }
+    bool of_yaw() const { return kind == LimitKind::yawed_rotors || kind == LimitKind::turning_rotors; }
+    bool headed() const {
+        return kind == LimitKind::turning_rotors || kind == LimitKind::turn_rate;
+    }  // by what is given beside the derivatives
     int inputs() const { return span.count() * axes; }
-    int order(int input) const { return span.low + input / axes; }
+    bool follows() const { return along && kind == LimitKind::turning_rotors; }
+    int given() const { return inputs() + (headed() ? TurningRotors::heading : 0); }  // with the heading, after them
+    int order(int input) const { return input < inputs() ? span.low + input / axes : timed ? 0 : (input - inputs()) / 2; }
 
-    // All functions at four instants from the derivatives, by order, then by axis, and their change along a change of those.
+    // All functions at four instants from the derivatives, by order, then by axis, and the heading; and their change along a change of those.
     void values(const Quad *u, Quad *out) const;
     void slopes(const Quad *u, const Quad *step, Quad *out) const;
 
@@ -250,8 +283,11 @@ private:
                 if (kind == LimitKind::most_thrust) return most_thrust(parameters, x, out);
                 if (kind == LimitKind::tilt) return tilt(parameters, x, out);
             }
-            if constexpr (known == 0)
+            if constexpr (known == 0) {
                 if (kind == LimitKind::yawed_rotors) return yawed_rotors(parameters, x, out);
+                if (kind == LimitKind::turning_rotors) return turning_rotors(parameters, x, u, out);
+                if (kind == LimitKind::turn_rate) return turn_rate(parameters, u, out);
+            }
             if constexpr (known != 6) of_turning(x, out);
         }
     }

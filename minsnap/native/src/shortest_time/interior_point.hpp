@@ -370,6 +370,12 @@ private:
 
     // Make margins of what leaks now: the largest growth that matters.
     double freeze(bool only_grow) {
+        double growth = 0.0;
+        if (rows.turn_again(chain)) {
+            const double before = residual();
+            evaluate(chain, states_, value_.data());
+            growth = std::max(residual() - before, 0.0);
+        }
         for (int j = 0; j < rows.count; ++j) frozen_[j] = only_grow ? rows.margin[j] : 0.0;
         for (int i = 0; i < chain.pieces; ++i) {
             each_peak(rows, chain, i, states_[i].ends, value_.data(), [&](const Peak &peak) {
@@ -377,7 +383,6 @@ private:
                 frozen_[peak.beside] = std::max(frozen_[peak.beside], peak.rise);
             });
         }
-        double growth = 0.0;
         for (int j = 0; j < rows.count; ++j) {
             const double change = frozen_[j] - rows.margin[j];
             value_[j] += change;

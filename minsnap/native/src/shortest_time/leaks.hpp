@@ -67,6 +67,7 @@ struct RowCurve {
     const Condition<S::dim> *condition;   // or null
     const InstantLimit *limit = nullptr;  // where there is no condition
     int function = 0;
+    const TurningPiece *turning = nullptr;  // of the heading, where the limit asks for one
 
     MINSNAP_INLINE Quad at(const Quad &s) const {
         Quad x[S::dim], gradient[S::dim], u[InstantLimit::most_inputs], out[InstantLimit::most_functions];
@@ -77,6 +78,10 @@ struct RowCurve {
         for (int q = limit->span.low; q <= limit->span.high; ++q) {
             curve.at(q, s, inverse[q], x);
             for (int c = 0; c < limit->axes; ++c) u[(q - limit->span.low) * limit->axes + c] = x[c < S::dim ? c : 0];
+        }
+        if (limit->headed()) {
+            turning->at(s, inverse[1], u + limit->inputs());
+            if (limit->follows()) follow(u, u + limit->inputs());
         }
         limit->values(u, out);
         return out[function];
@@ -148,7 +153,8 @@ public:
             each(condition->order == 0, {curve_, piece.inverse, condition});
         }
         for (int k = 0; k < rows.limit_count; ++k)
-            for (int f = 0; f < rows.limits[k].functions; ++f) each(false, {curve_, piece.inverse, nullptr, &rows.limits[k], f});
+            for (int f = 0; f < rows.limits[k].functions; ++f)
+                each(false, {curve_, piece.inverse, nullptr, &rows.limits[k], f, rows.turning(i)});
     }
 
 private:

@@ -24,7 +24,7 @@ struct PieceModel {
         InstantSums<S> sums;
         int row = rows.first[i];
         add_conditions(rows, i / chain.per_leg, state.jets, weights, row, sums);
-        add_limits(rows, chain, i, state.jets, weights, row, sums);
+        add_limits(rows, chain, i, state.ends.inverse, state.jets, weights, row, sums);
         sums.turn(state.jets, own_gradient, own);
         take(EndSums<S>(rows.instants, sums, state.ends.inverse[1]));
         rows.knot_rows(chain, i, state.ends, [&](const Condition<S::dim> &at_knot, int a, const double *x) {
@@ -66,15 +66,15 @@ private:
     }
 
     // Those on several derivatives, which tie them to each other.
-    static MINSNAP_INLINE void add_limits(const Rows<S> &rows, const Chain<S> &chain, int i, const typename Rows<S>::Jets &jet,
-                                          const RowWeights &weights, int &row, InstantSums<S> &sums) {
+    static MINSNAP_INLINE void add_limits(const Rows<S> &rows, const Chain<S> &chain, int i, const double *inverse,
+                                          const typename Rows<S>::Jets &jet, const RowWeights &weights, int &row, InstantSums<S> &sums) {
         Quad u[InstantLimit::most_inputs];
         InstantTerms terms;
         for (int k = 0; k < rows.limit_count; row += rows.limits[k++].functions * count_at) {
             const InstantLimit &limit = rows.limits[k];
             for (int g = 0; g < count_at; g += together) {
                 if (!rows.is_awake(limit, row + g)) continue;
-                rows.inputs(limit.span, limit.axes, jet, g, u);
+                rows.inputs(limit, i, inverse, jet, g, u);
                 limit.gather(u, weights.from(row + g), count_at, terms);
                 if (g == 0 && rows.pinned(chain, i, 0, limit)) terms.silence(limit.inputs(), 0);
                 if (g + together == count_at && rows.pinned(chain, i, 1, limit)) terms.silence(limit.inputs(), together - 1);

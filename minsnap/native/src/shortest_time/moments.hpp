@@ -19,6 +19,7 @@ struct InstantSums {
 
     Quad bend[orders][orders][S::pairs][groups];  // of an order of the first axis of a pair, and one of the second
     Quad vector[orders][kinds * S::dim][groups];  // by kind, then by axis
+    Quad own_slope{}, own_bend{};                 // of headings, in the own duration
     bool used[orders][orders][groups];
 
     InstantSums() {
@@ -61,12 +62,16 @@ struct InstantSums {
                 vector[q][c][n] += terms.slope[from + c];
                 vector[q][S::dim + c][n] += terms.pull[from + c];
             }
+            for (int c = 0; limit.headed() && c < axes; ++c) vector[q][2 * S::dim + c][n] += terms.crossed[from + c];
             for (int r = low; r <= limit.span.high; ++r) {
                 use(q, r, n);
                 for (int c = 0, t = 0; c < axes; ++c)
                     for (int d = 0; d <= c; ++d, ++t) bend[q][r][t][n] += terms.bend[from + c][(r - low) * axes + d];
             }
         }
+        if (!limit.headed()) return;
+        own_slope += terms.own_slope;
+        own_bend += terms.own_bend;
     }
 
     // Find turns, and add what the own duration makes of all sums: x goes as T^-q.
@@ -85,14 +90,16 @@ struct InstantSums {
                         }
                 }
                 for (int c = 0; c < S::dim; ++c) {
-                    const Quad x = four(jet[q][c] + n * together);
+                    const Quad x = four(jet[q][c] + n * together), headed = vector[q][2 * S::dim + c][n];
                     sloped += x * vector[q][c][n];
-                    turned += x * sum[c];
-                    vector[q][2 * S::dim + c][n] = -sum[c];
+                    turned += x * (sum[c] - 2.0 * headed);
+                    vector[q][2 * S::dim + c][n] = headed - sum[c];
                 }
                 own_gradient -= q * total(sloped);
                 own += q * total(turned);
             }
+        own_gradient += total(own_slope);
+        own += total(own_bend);
     }
 };
 

@@ -6,6 +6,7 @@
 
 #include "shortest_time/chain.hpp"
 #include "shortest_time/conditions.hpp"
+#include "shortest_time/heading.hpp"
 #include "shortest_time/instant_limits.hpp"
 
 namespace minsnap {
@@ -48,9 +49,15 @@ public:
         for (std::int64_t k = 0; k < request.groups; ++k) used[request.cones[k].order] |= request.cones[k].at_knots == 0;
         for (int k = 0; k < limit_count; ++k) {
             limits[k] = InstantLimit(request.momentary[k]);
-            if (limits[k].kind == LimitKind::yawed_rotors) own_ = limits[k].parameters;
+            if (limits[k].of_yaw()) own_ = limits[k].parameters;
+            headed_ = headed_ || limits[k].headed();
+            limits[k].timed = request.clock > 0.0;
+            limits[k].along = request.follows != nullptr;
+            if (limits[k].follows()) limits[k].span.low = 1;
             for (int q = limits[k].span.low; q <= limits[k].span.high; ++q) used[q] = true;
         }
+        if (headed_) heading_ = {request.turns, request.turning, request.follows, request.clock};
+        if (headed_ && !spline_.allocate(request)) return false;
         return legs.build(request, false) && knots.build(request, true);
     }
 
@@ -70,7 +77,7 @@ public:
         if (!margin.allocate(count) || !awake.allocate(count / together)) return false;
         for (int j = 0; j < count; ++j) margin[j] = 0.0;
         for (int j = 0; j < count / together; ++j) awake[j] = 1;
-        return true;
+        return !headed_ || turn(chain);
     }
 
     // Whether limits on several derivatives ask for a slow beginning; none keeps that on a view whose point lies on the way.
@@ -80,12 +87,12 @@ public:
         return limit_count > 0;
     }
 
-    // Whether the rotors are limited for a yaw that stays: then the body's inertia may be taken to be a share of its own, for a curve to begin from.
+    // Whether the rotors are limited for a yaw: then the body's inertia may be taken to be a share of its own, for a curve to begin from.
     bool turns_hard() const { return own_ != nullptr; }
     void ease(double to) {
         share = to;
         for (int k = 0; k < limit_count; ++k) {
-            if (limits[k].kind != LimitKind::yawed_rotors) continue;
+            if (!limits[k].of_yaw()) continue;
             for (int j = 0; j < YawedRotors::values; ++j) eased_[j] = own_[j];
             for (int j = 0; j < 9; ++j) eased_[YawedRotors::inertia_at + j] *= share;
             limits[k].parameters = share < 1.0 ? eased_ : own_;
@@ -152,7 +159,7 @@ public:
             }
             silence(chain, i, condition->order, value, -1.0);
         }
-        limit_values(chain, i, jet, value, margins);
+        limit_values(chain, i, piece.inverse, jet, value, margins);
         knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int, const double *x) {
             double gradient[S::dim];
             *value++ = at_knot.at(x, gradient) + wall_margin;
@@ -181,7 +188,7 @@ public:
             }
             silence(chain, i, q, slope, 0.0);
         }
-        limit_slopes(chain, i, jet, moved, own, slope);
+        limit_slopes(chain, i, piece.inverse, jet, moved, own, slope);
         knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int a, const double *x) {
             double gradient[S::dim], sum = 0.0;
             at_knot.at(x, gradient);
@@ -193,11 +200,22 @@ public:
         while (slope < end) *slope++ = 0.0;
     }
 
-    // Derivatives of so many coordinates at as many instants as there are lanes.
-    static MINSNAP_INLINE void inputs(const Span &span, int axes, const Jets &jet, int g, Quad *u) {
-        for (int q = span.low; q <= span.high; ++q)
-            for (int c = 0; c < axes; ++c) *u++ = four(jet[q][c] + g);
+    // What a limit depends on at as many instants as there are lanes: derivatives of some coordinates; and the heading, with powers of the duration.
+    MINSNAP_INLINE void inputs(const InstantLimit &limit, int i, const double *inverse, const Jets &jet, int g, Quad *u) const {
+        const Quad *motion = u;
+        for (int q = limit.span.low; q <= limit.span.high; ++q)
+            for (int c = 0; c < limit.axes; ++c) *u++ = four(jet[q][c] + g);
+        if (!limit.headed()) return;
+        const double *heading = headings_.data() + static_cast<std::size_t>(i) * TurningRotors::heading * count_at + g;
+        for (int n = 0; n < TurningRotors::heading; ++n)
+            u[n] = (n < 6 ? heading_.power(inverse[n / 2]) : 1.0) * four(heading + n * count_at);
+        if (limit.follows()) follow(motion, u);
     }
+
+    // Lay the heading out again over pieces that take other shares of their legs than before; false where there is none.
+    bool turn_again(const Chain<S> &chain) { return headed_ && turn(chain); }
+
+    const TurningPiece *turning(int i) const { return headed_ ? turning_.data() + i : nullptr; }
 
     // Gradients of a condition at as many instants as there are lanes.
     static MINSNAP_INLINE void gradients(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int g,
@@ -230,12 +248,12 @@ public:
     }
 
     // What limits on several derivatives add to the values of a piece, and to their change along a step; both move the pointers on.
-    void limit_values(const Chain<S> &chain, int i, const Jets &jet, double *&value, const double *margins) const {
+    void limit_values(const Chain<S> &chain, int i, const double *inverse, const Jets &jet, double *&value, const double *margins) const {
         Quad u[InstantLimit::most_inputs], out[InstantLimit::most_functions];
         for (int k = 0; k < limit_count; ++k) {
             const InstantLimit &limit = limits[k];
             for (int g = 0; g < count_at; g += together) {
-                inputs(limit.span, limit.axes, jet, g, u);
+                inputs(limit, i, inverse, jet, g, u);
                 limit.values(u, out);
                 for (int f = 0, row = g; f < limit.functions; ++f, row += count_at)
                     put_four(value + row, out[f] + limit_margin + four(margins + row));
@@ -243,16 +261,19 @@ public:
             for (int f = 0; f < limit.functions; ++f, value += count_at, margins += count_at) silence(chain, i, limit, value, -1.0);
         }
     }
-    void limit_slopes(const Chain<S> &chain, int i, const Jets &jet, const Jets &moved, double own, double *&slope) const {
+    void limit_slopes(const Chain<S> &chain, int i, const double *inverse, const Jets &jet, const Jets &moved, double own,
+                      double *&slope) const {
         Quad u[InstantLimit::most_inputs], step[InstantLimit::most_inputs], out[InstantLimit::most_functions];
         int row = first[i] + legs.count(i / chain.per_leg) * count_at;
         for (int k = 0; k < limit_count; row += limits[k++].functions * count_at) {
             const InstantLimit &limit = limits[k];
             for (int g = 0; g < count_at; g += together) {
                 if (!is_awake(limit, row + g)) continue;
-                inputs(limit.span, limit.axes, jet, g, u);
-                inputs(limit.span, limit.axes, moved, g, step);
+                inputs(limit, i, inverse, jet, g, u);
+                inputs(limit, i, inverse, moved, g, step);
                 for (int n = 0; n < limit.inputs(); ++n) step[n] -= limit.order(n) * own * u[n];
+                for (int n = limit.inputs(); n < limit.given(); ++n) step[n] = -limit.order(n) * own * u[n];
+                if (limit.follows()) follow(step, step + limit.inputs());
                 limit.slopes(u, step, out);
                 for (int f = 0; f < limit.functions; ++f) put_four(slope + f * count_at + g, out[f]);
             }
@@ -266,7 +287,7 @@ public:
     }
     // Whether all that a limit depends on is pinned at one end of a piece.
     bool pinned(const Chain<S> &chain, int i, int right, const InstantLimit &limit) const {
-        bool found = limit.span.high < S::half && (i + right) % chain.per_leg == 0;
+        bool found = !limit.headed() && limit.span.high < S::half && (i + right) % chain.per_leg == 0;
         for (int q = limit.span.low; found && q <= limit.span.high; ++q) found = !chain.course.any_free((i + right) / chain.per_leg, q);
         return found;
     }
@@ -280,7 +301,44 @@ public:
     }
 
 private:
-    const double *own_ = nullptr;             // parameters of the rotors' limit for a yaw that stays, of which there is one
+    // Lay the heading of each leg out over its pieces as they are, at their instants.
+    [[nodiscard]] bool turn(const Chain<S> &chain) {
+        if (!turning_.allocate(chain.pieces) ||
+            !headings_.allocate(static_cast<std::size_t>(chain.pieces) * TurningRotors::heading * count_at))
+            return false;
+        const bool timed = heading_.clock > 0.0;
+        for (int leg = 0; spline_.given() && leg < chain.course.legs; ++leg) {
+            double sum = 0.0;
+            for (int k = leg * chain.per_leg; k < (leg + 1) * chain.per_leg; ++k) sum += exponential(chain.sigma[k]);
+            spline_.durations[leg] = sum;
+        }
+        if (spline_.given()) heading_ = spline_.through();
+        double before = 0.0, whole = heading_.clock;  // of the way so far, or of the leg
+        for (int i = 0; i < chain.pieces; ++i) {
+            if (!timed && i % chain.per_leg == 0) {
+                before = whole = 0.0;
+                for (int k = i; k < i + chain.per_leg; ++k) whole += exponential(chain.sigma[k]);
+            }
+            const double duration = exponential(chain.sigma[i]);
+            turning_[i] = {heading_, timed ? 0 : i / chain.per_leg, before / whole, duration / whole};
+            before += duration;
+            for (int g = 0; g < count_at; g += together) {
+                Quad place, found[TurningRotors::heading];
+                for (int lane = 0; lane < together; ++lane) place[lane] = Instants<S::half, S::instants>::place(g + lane);
+                turning_[i].at(place, 1.0, found);
+                for (int n = 0; n < TurningRotors::heading; ++n)
+                    put_four(headings_.data() + (static_cast<std::size_t>(i) * TurningRotors::heading + n) * count_at + g, found[n]);
+            }
+        }
+        return true;
+    }
+
+    bool headed_ = false;  // whether a limit asks for a heading
+    SplineHeading spline_;
+    LegHeadings heading_;
+    Buffer<TurningPiece> turning_;            // (pieces,) headings of the pieces, and those at their instants on the unit interval
+    Buffer<double> headings_;                 // (pieces, heading, instants)
+    const double *own_ = nullptr;             // parameters of the rotors' limit for a yaw, of which there is one
     double eased_[YawedRotors::values] = {};  // the same for a body that is easy to turn
 };
 

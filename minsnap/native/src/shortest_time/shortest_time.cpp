@@ -32,6 +32,8 @@ Status checked(const ShortestRequest &request) {
     }
     for (std::int64_t k = 0; k < request.limits; ++k) {
         if (!InstantLimit::known(request.momentary[k], request.dim)) return Status::unsupported;
+        if (InstantLimit(request.momentary[k]).headed() && request.angles == nullptr && (request.turns < 1 || request.turning == nullptr))
+            return Status::bad_size;
         rows += InstantLimit::most_functions * request.legs;
     }
     if (rows * (pieces / request.legs) * ShortestSettings::more_instants > most_rows) return Status::bad_size;

@@ -15,6 +15,8 @@ struct Medium {
     static constexpr int values = 5;
     double gravity, linear, quadratic, more_linear, more_quadratic;
     explicit Medium(const double *p) : gravity(p[0]), linear(p[1]), quadratic(p[2]), more_linear(p[3]), more_quadratic(p[4]) {}
+    Medium(double pull, double across, double bent)
+        : gravity(pull), linear(across), quadratic(bent), more_linear(0.0), more_quadratic(0.0) {}
     bool drag() const { return linear != 0.0 || quadratic != 0.0 || more_linear != 0.0 || more_quadratic != 0.0; }
     double floor() const { return tiny_share * gravity * gravity; }
 };

@@ -1,0 +1,86 @@
+// A heading that turns with time: by angles at waypoints, as a function of time, or by cubics on equal shares of the time that every leg takes.
+//
+// A search holds it as it stands over each piece: one on legs turns as much more slowly as the piece takes longer, a function of time does not. The
+// spline through angles, and where pieces end on their leg or in time, are found anew whenever margins are.
+#pragma once
+
+#include "arithmetic/elementary.hpp"
+#include "arithmetic/lanes.hpp"
+#include "basics/border.hpp"
+#include "basics/buffer.hpp"
+#include "shortest_time/border.hpp"
+
+extern "C" std::int32_t minsnap_unconstrained_pinned(const minsnap::ChainRecord *given, double *out, double *states);
+
+namespace minsnap {
+
+struct LegHeadings {
+    std::int64_t turns = 0;                 // cubics on each leg
+    const double *points = nullptr;         // (legs, turns, 4) [rad]
+    const std::int64_t *follows = nullptr;  // (legs, turns) 1 where it is along the velocity, or null
+    double clock = 0.0;                     // seconds that (1, turns, 4) of them span, where it is a function of time
+
+    double power(double inverse) const { return clock > 0.0 ? 1.0 : inverse; }
+};
+
+// The cubic spline of least squared angular acceleration through angles at the waypoints.
+class SplineHeading {
+public:
+    [[nodiscard]] bool allocate(const ShortestRequest &request) {
+        legs_ = request.legs, angles_ = request.angles, rate_ = request.rate, closed_ = request.closed;
+        return angles_ == nullptr || (points_.allocate(4 * legs_) && states_.allocate(2 * (legs_ + 1)) && durations.allocate(legs_));
+    }
+
+    Buffer<double> durations;  // (legs,) [s]
+
+    // For those durations; where they are too far apart, at rest at every waypoint.
+    LegHeadings through() {
+        ChainRecord chain = {};
+        chain.half = 2, chain.legs = legs_, chain.dim = 1, chain.closed = closed_, chain.points = angles_;
+        chain.durations = durations.data(), chain.start = closed_ ? nullptr : &rate_;
+        if (minsnap_unconstrained_pinned(&chain, points_.data(), states_.data()) != 0)
+            for (std::int64_t k = 0; k < 4 * legs_; ++k) points_[k] = angles_[k / 4 + (k % 4) / 2];
+        return {1, points_.data(), nullptr, 0.0};
+    }
+
+    bool given() const { return angles_ != nullptr; }
+
+private:
+    std::int64_t legs_ = 0, closed_ = 0;
+    const double *angles_ = nullptr;
+    double rate_ = 0.0;
+    Buffer<double> points_, states_;
+};
+
+// That of one piece, which begins at a share of the time of its leg and has another.
+struct TurningPiece {
+    LegHeadings legs;
+    int leg;
+    double begins, lasts;
+
+    // The direction at four instants and two derivatives of it, each east and north, for the inverse of the duration; and where it is the velocity's.
+    MINSNAP_INLINE void at(const Quad &s, double inverse, Quad *heading) const {
+        const double turns = static_cast<double>(legs.turns), unit = turns * (legs.clock > 0.0 ? 1.0 / legs.clock : lasts * inverse);
+        for (int lane = 0; lane < Lanes<Quad>::count; ++lane) {
+            const double within = begins + lasts * s[lane],
+                         place = within < 1.0 ? within * turns : turns;  // nothing is known beyond the end
+            const std::int64_t last = legs.turns - 1, whole = static_cast<std::int64_t>(place), part = whole < last ? whole : last;
+            const double *b = legs.points + 4 * (leg * legs.turns + part), right = place - static_cast<double>(part), left = 1.0 - right;
+            const double first[3] = {left * b[0] + right * b[1], left * b[1] + right * b[2], left * b[2] + right * b[3]};
+            const double second[2] = {left * first[0] + right * first[1], left * first[1] + right * first[2]};
+            const double rate = 3.0 * unit * (second[1] - second[0]), bend = 6.0 * unit * unit * (first[2] - 2.0 * first[1] + first[0]);
+            double sine, cosine;
+            sine_and_cosine(left * second[0] + right * second[1], sine, cosine);
+            const double numbers[7] = {cosine,
+                                       sine,
+                                       -rate * sine,
+                                       rate * cosine,
+                                       -bend * sine - rate * rate * cosine,
+                                       bend * cosine - rate * rate * sine,
+                                       legs.follows != nullptr && legs.follows[leg * legs.turns + part] != 0 ? 1.0 : 0.0};
+            for (int n = 0; n < 7; ++n) heading[n][lane] = numbers[n];
+        }
+    }
+};
+
+}  // namespace minsnap
