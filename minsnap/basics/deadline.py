@@ -52,9 +52,9 @@ class WorkPrices:
         Pieces that the use of rotors takes as long as besides.
     yaw_pieces : int
         Pieces of a yaw that take as long as one of a curve.
-    iteration, rotors, yawed : float
+    iteration, rotors, yawed, turning : float
         An iteration of a search for the shortest time, for each row; the same with limits of single rotors under any
-        yaw, and under a constant one.
+        yaw, under a constant one, and under one that turns.
     block : float
         Further work of an iteration: for each piece, times the cube of the number of values that are free at a knot.
     free_curve : float
@@ -73,6 +73,7 @@ class WorkPrices:
     iteration: float = 6e-5
     rotors: float = 1.2e-3
     yawed: float = 2.5e-4
+    turning: float = 3.5e-4
     block: float = 5e-6
     rotors_used: float = 0.3
     pieces_besides: int = 5

@@ -1,9 +1,9 @@
 """What the native search for the shortest time is asked: waypoints, walls and limits of a task in its form.
 
-The functions of limits on several derivatives at an instant stand in ``src/shortest_time/instant_limits.hpp``.  At a
-constant yaw the thrust of each rotor is computed.  At other yaws a bound on the largest one is used, which holds for
-any heading of a body that does not spin about its thrust: the mean thrust, the most that a rotor adds for the torque
-about horizontal axes, and the most for the torque about the thrust axis that unequal inertias ask for.
+The functions of limits on several derivatives at an instant stand in ``src/shortest_time/instant_limits.hpp``.  Where
+the yaw is known, the thrust of each rotor is computed.  Else a bound on the largest one is used, which holds for any
+heading of a body that does not spin about its thrust: the mean thrust, the most that a rotor adds for the torque about
+horizontal axes, and the most for the torque about the thrust axis that unequal inertias ask for.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
 from minsnap.durations.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.vehicle_use import VEHICLE_USE, medium_of
+from minsnap.limits.vehicle_use import VEHICLE_USE, lateral_alike, medium_of
 from minsnap.native.records import WallsRecord
-from minsnap.native.shortest_time import Guess, InstantKind, InstantLimit, ShortestQuestion
+from minsnap.native.shortest_time import Guess, InstantKind, InstantLimit, ShortestQuestion, Turning
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
-from minsnap.trajectory.heading import Heading
+from minsnap.trajectory.heading import Heading, RuledHeading
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle.quadrotor import Quadrotor
 
 
@@ -51,6 +52,12 @@ class QuestionSettings:
         Share of the weight below which thrust has no direction: there a small change turns it by any angle.
     aside : float
         Least share of the thrust that is not along a constant yaw: there a small change spins the body by any angle.
+    turns : int
+        Cubics of a yaw on a leg, where it is no polynomial itself.
+    looks : int
+        Instants of each at which is looked whether that is along the velocity.
+    angle_digits : int
+        Decimals of the angles of a yaw [rad].
     """
 
     divisions: tuple[int, ...] = (3, 2)
@@ -60,12 +67,15 @@ class QuestionSettings:
     room: float = 1e-4
     directed: float = 0.1
     aside: float = 0.1
+    turns: int = 16
+    looks: int = 4
+    angle_digits: int = 12
 
 
 QUESTION = QuestionSettings()
 
 
-def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | None = None) -> ShortestQuestion:
+def question_of(task: Task, limits: Limits, refine: bool, flown: Trajectory | None = None) -> ShortestQuestion:
     """Return the question for a task within limits.
 
     Parameters
@@ -75,12 +85,13 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
     limits : Limits
     refine : bool
         Whether the search chooses the number of pieces.
-    heading : Heading, optional
-        Of any curve of the task, where limits depend on it.
+    flown : Trajectory, optional
+        Any curve of the task with its heading, where limits depend on that.
     """
     pinned, free, turned = _waypoints(task)
     sets = [*(wall.record for wall in _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
     lengths = guessed_lengths(task)
+    turning = None if flown is None or isinstance(flown.yaw, VelocityHeading) else turning_of(limits, flown)
     divisions = QUESTION.divisions if task.legs > 1 else QUESTION.alone
     return ShortestQuestion(
         pinned=pinned,
@@ -88,7 +99,7 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
         lengths=lengths,
         norms=norm_limits(limits),
         sets=[one for one in sets if one.count],
-        limits=instant_limits(limits, heading, lengths),
+        limits=instant_limits(limits, None if flown is None else flown.yaw, lengths, turning is not None),
         parts=divisions if refine else () if task.pieces == 1 else (task.pieces,),
         closed=task.closed,
         moving=not scales(task, limits),
@@ -96,13 +107,14 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
         inwards=0.0 if task.touches.any() else QUESTION.inward,
         tightened=QUESTION.room if task.still and not scales(task, limits) else 0.0,
         turned=turned,
+        turning=turning,
     )
 
 
 def with_rates(question: ShortestQuestion, limits: Limits, heading: Heading | None, **others: Any) -> ShortestQuestion:
     """Return a question with other limits on the rates of body and yaw; ``others`` are further fields to replace."""
-    rates = instant_limits(limits, heading, question.lengths)
-    return replace(question, norms=norm_limits(limits), limits=rates, **others)
+    asked = replace(question, norms=norm_limits(limits), **others)
+    return replace(asked, limits=instant_limits(limits, heading, question.lengths, asked.turning is not None))
 
 
 def begun_from(question: ShortestQuestion, guess: Guess | None) -> ShortestQuestion:
@@ -248,7 +260,7 @@ def _at_knots(
     return Walls(place, matrix, anchor, slope, radius, width, order).record.changed(at_knots=True)
 
 
-def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:
+def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray, held: bool) -> list[InstantLimit]:
     """Return the limits that are no sets of one derivative, with parameters rounded to 13 digits.
 
     So all machines ask the same question, whatever the last digits of their mathematical libraries.
@@ -273,24 +285,66 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
     if limits.body_rate is not None:
         entries.append(InstantLimit(InstantKind.BODY_RATE, (*medium.values, limits.body_rate * share)))
     if isinstance(limits, VehicleLimits):
-        entries.append(_rotors(limits.vehicle, limits.reserve, None if heading is None else heading.constant))
+        entries.append(_rotors(limits.vehicle, limits.reserve, heading, held))
     if limits.yaw_rate is not None and heading is not None:
         speed = float((lengths / stop_and_go_times(lengths, limits)).mean())
-        entries += heading.rate_limits(limits.yaw_rate, float(lengths.mean()), speed)
+        held_rate = (
+            [InstantLimit(InstantKind.TURN_RATE, (limits.yaw_rate,))] if held and heading.polynomial is not None else []
+        )
+        entries += held_rate or heading.rate_limits(limits.yaw_rate, float(lengths.mean()), speed)
     return [replace(one, parameters=tuple(significant(value, 13) for value in one.parameters)) for one in entries]
 
 
-def _rotors(vehicle: Quadrotor, reserve: float, yaw: float | None) -> InstantLimit:
+def _rotors(vehicle: Quadrotor, reserve: float, heading: Heading | None, held: bool) -> InstantLimit:
     """Limit the rotors' thrusts to a share of their room around hover, less the margin that the proof needs."""
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
     below, above = ((1.0 - reserve) * room - VEHICLE_USE.margin * hover for room in (hover - least, most - hover))
-    common = (*medium_of(vehicle).values, vehicle.mass, hover - below, hover + above)
-    if yaw is None:
+    room = vehicle.mass, hover - below, hover + above
+    common = (*medium_of(vehicle).values, *room)
+    if heading is None or not held:
         turning = _rotor_thrust_per_acceleration(vehicle), _rotor_thrust_per_squared_rate(vehicle)
         return InstantLimit(InstantKind.UNSPUN_ROTORS, (*common, *turning))
-    body = (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))
-    heading = float(np.cos(yaw)), float(np.sin(yaw))
-    return InstantLimit(InstantKind.YAWED_ROTORS, (*common, *heading, *map(float, body), QUESTION.aside))
+    body = (*map(float, (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))), QUESTION.aside)
+    if heading.constant is None or not lateral_alike(vehicle):
+        drag = (*(vehicle.flat_drag.linear / vehicle.mass), *(vehicle.flat_drag.quadratic / vehicle.mass))
+        return InstantLimit(InstantKind.TURNING_ROTORS, (vehicle.gravity, *map(float, drag), *room, *body))
+    along = float(np.cos(heading.constant)), float(np.sin(heading.constant))
+    return InstantLimit(InstantKind.YAWED_ROTORS, (*common, *along, *body))
+
+
+def turning_of(limits: Limits, flown: Trajectory) -> Turning | None:
+    """Return the yaw along a curve as a search holds it; None where its limits do not depend on that."""
+    yaw = flown.yaw
+    if not isinstance(limits, VehicleLimits) or yaw.medium is not None:
+        return None
+    if isinstance(yaw, RuledHeading):
+        return Turning(_cubics(yaw, flown.leg_breaks, QUESTION.turns), _following(yaw, flown))
+    knots = np.zeros(0) if yaw.polynomial is None else yaw.polynomial.breaks
+    if yaw.constant is not None or (len(knots) == flown.legs + 1 and np.allclose(knots, flown.leg_breaks)):
+        angles = yaw(flown.leg_breaks).round(QUESTION.angle_digits)
+        return Turning(angles=angles, rate=float(yaw(0.0, 1)))
+    turns = max(len(knots) - 1, QUESTION.turns * flown.legs)
+    return Turning(_cubics(yaw, np.array((0.0, flown.duration)), turns), clock=flown.duration)
+
+
+def _following(yaw: RuledHeading, flown: Trajectory) -> BoolArray | None:
+    """Return on which equal shares of the time of its legs a yaw is along the velocity all the time, (legs, turns)."""
+    if not isinstance(yaw, VelocityHeading):
+        return None
+    looks = QUESTION.looks * QUESTION.turns
+    t = flown.leg_breaks[:-1, None] + np.diff(flown.leg_breaks)[:, None] * np.linspace(0.0, 1.0, looks + 1)
+    follows = yaw.turns.follows[yaw.turns.piece(np.minimum(t, flown.duration))]
+    parts = np.lib.stride_tricks.sliding_window_view(follows, QUESTION.looks + 1, axis=1)
+    return np.asarray(parts[:, :: QUESTION.looks].all(axis=-1))
+
+
+def _cubics(yaw: Heading, breaks: FloatArray, turns: int) -> FloatArray:
+    """Return control points, shape (n - 1, turns, 4), of cubics with the angles and rates of a yaw [rad]."""
+    times = np.diff(breaks)[:, None]
+    instants = np.minimum(breaks[:-1, None] + times * np.linspace(0.0, 1.0, turns + 1), breaks[-1])
+    angles, bends = yaw(instants), yaw(instants, 1) * times / (3.0 * turns)
+    points = angles[:, :-1], angles[:, :-1] + bends[:, :-1], angles[:, 1:] - bends[:, 1:], angles[:, 1:]
+    return np.ascontiguousarray(np.stack(points, axis=-1).round(QUESTION.angle_digits))
 
 
 def _rotor_thrust_per_acceleration(vehicle: Quadrotor) -> float:
@@ -307,11 +361,3 @@ def _rotor_thrust_per_squared_rate(vehicle: Quadrotor) -> float:
 def leaving_room(limits: VehicleLimits, share: float) -> VehicleLimits:
     """Return limits with a share of the rotors' room left besides their reserve."""
     return replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - share))
-
-
-def turning_room(limits: VehicleLimits, share: float) -> float:
-    """Return the acceleration of a yaw for whose torque a share of the rotors' room does at hover [rad/s^2]."""
-    vehicle = limits.vehicle
-    least, most = vehicle.rotor_thrust_limits
-    room = share * (1.0 - limits.reserve) * min(most - vehicle.hover_thrust, vehicle.hover_thrust - least)
-    return float(room / (np.abs(vehicle.inverse_mixer[:, 3]).max() * vehicle.inertia[2, 2]))

@@ -4,16 +4,16 @@
    It keeps walls and limits at instants and at the peaks that it sees between them; exact extrema have the last word.
    A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
    most used limit is just kept; where that does not help, the limits are tightened.  Within rotors fewer pieces come
-   first, which are divided; at a constant yaw every search from rest begins with a body that is easy to turn.
+   first, which are divided; where the yaw is known, every search from rest begins with a body that is easy to turn.
+   Where that turns, the search goes on from its own curve while that changes it.
    Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
-2. Where no curve is certified, the least cost in barely longer durations of what the search left, which had no end, or
-   uses more than a search knows.
+2. Where no curve is certified, the least cost in barely longer durations of what the search left.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
-4. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
-   left to it; where it is slow still, each leg may last as long as its own turn takes with that room.
+4. Where the torque of a yaw along the velocity makes a plan slow, searches with more and less of the rotors' room left
+   to it.
 5. The shortest curve inside all limits that any of these searches came by on its way.
 6. Rest at every waypoint, where the search was ended, or longer times are asked for.
 
@@ -46,7 +46,7 @@ from minsnap.durations.shortest_question import (
     guess_of,
     leaving_room,
     question_of,
-    turning_room,
+    turning_of,
     with_rates,
 )
 from minsnap.durations.time_stretch import (
@@ -77,6 +77,7 @@ from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.instants import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
 
 
 @dataclass(frozen=True)
@@ -117,10 +118,14 @@ class StrategySettings:
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     slow_by_turns : float
         Factor on the time of a search beyond which a plan is slow by what it does not know, the torque of a yaw.
-    slow_enough_to_pace : float
-        The same, beyond which it is tried too that each leg lasts as long as its own turn takes.
     bisections : int
         How often the interval of the rotors' room for that yaw is halved.
+    turnings : int
+        How often a search is repeated for a yaw that its own curve has changed.
+    worth_turning : float
+        Relative gain of a flight from which that goes on.
+    turned : float
+        Change of the yaw that counts as none [rad].
     """
 
     unlimited_below: float = 0.8
@@ -140,8 +145,10 @@ class StrategySettings:
     longer_factors: tuple[float, ...] = (1.01, 1.03, 1.06, 1.1)
     slower_share: float = 1e-3
     slow_by_turns: float = 1.02
-    slow_enough_to_pace: float = 1.15
     bisections: int = 3
+    turnings: int = 4
+    worth_turning: float = 5e-4
+    turned: float = 1e-3
 
 
 SETTINGS = StrategySettings()
@@ -217,8 +224,6 @@ class Strategy:
             raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
         self.watched = watched or WatchedSearch(task, timing)
         self.deadline = self.watched.deadline
-        rotors = WORK.yawed if self._yawed else WORK.rotors
-        self.row_work = rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.walled = any(wall.order for wall in task.walls)
 
     @property
@@ -236,7 +241,9 @@ class Strategy:
         """
         guess = None if first is None else guess_of(first, self.task)
         found = self._next(NOTHING, lambda nothing: self.solve(guess))
-        if found.solved is None and self._known:
+        if found.solved is None and self.limits.yaw_rate is not None and not self._turns:
+            found = replace(found, reason=found.reason or self._spins())
+        if found.solved is None and not self._veers:
             found = self._next(found, self._in_longer_durations)
         if found.solved is None or found.stands_in:
             found = self._next(found, self._in_durations_found)
@@ -318,21 +325,21 @@ class Strategy:
         solved = found.solved
         slower = SETTINGS.divided_time_factors[self.eases]
         guess = None if solved is None else guess_of(solved.trajectory, fewer.task, slower)
-        if guess is not None:  # several pieces are divided, then cut anew
+        if solved is not None and guess is not None:  # several pieces are divided, then cut anew
             parts = (*question.parts[1:], 1) if self.eases else question.parts
-            question = replace(question, guess=guess, parts=parts)
+            turning = question.turning and turning_of(self.limits, solved.flown)
+            question = replace(question, guess=guess, parts=parts, turning=turning)
         return found.then(self._certified(question, self.limits, self._slower_share))
 
     @property
     def _fewer_first(self) -> bool:
         """Whether fewer pieces come first: within rotors more take long, and are lost where time or work end."""
-        return self.timing.refine and isinstance(self.limits, VehicleLimits) and self._known
+        return self.timing.refine and isinstance(self.limits, VehicleLimits)
 
     @property
     def _yawed(self) -> bool:
-        """Whether rotors are limited under a constant yaw."""
-        constant = self._heading is not None and self._heading.constant is not None
-        return isinstance(self.limits, VehicleLimits) and constant
+        """Whether rotors are limited under a yaw, constant or not."""
+        return isinstance(self.limits, VehicleLimits) and self._begun.yaw.medium is None
 
     @property
     def eases(self) -> bool:
@@ -342,7 +349,11 @@ class Strategy:
     @property
     def _slower_share(self) -> float:
         """Share by which a plan may be slower than the curve of its search."""
-        return SETTINGS.slower_share if self._known or self.limits.yaw_rate is not None else np.inf
+        return (
+            np.inf
+            if self._yawed and not (self._follows or self._begun.yaw.constant is not None)
+            else SETTINGS.slower_share
+        )
 
     def cheapest_in_durations(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
@@ -359,23 +370,28 @@ class Strategy:
         """Heading of any curve of the task, where limits depend on it: of that along the straight legs."""
         if not isinstance(self.limits, VehicleLimits) and self.limits.yaw_rate is None:
             return None
-        return self._straight(self.times).flown.yaw
+        return self._begun.yaw
 
-    @property
-    def _known(self) -> bool:
-        """Whether a search knows the heading of every curve, where limits depend on it."""
-        heading = self._heading
-        return heading is None or heading.constant is not None or heading.medium is not None
+    @cached_property
+    def _begun(self) -> Trajectory:
+        """The curve with rest at every waypoint, with its heading."""
+        return self._straight(self.times).flown
 
     @property
     def _drags_unevenly(self) -> bool:
-        """Whether drag turns with the body, of which every search takes the mean."""
+        """Whether drag turns with the body: searches take its mean, but for rotors under a yaw."""
         return isinstance(self.limits, VehicleLimits) and not lateral_alike(self.limits.vehicle)
+
+    @property
+    def _veers(self) -> bool:
+        """Whether rotors are limited under a yaw along the velocity, of which a first search takes the least torque."""
+        return self._yawed and isinstance(self._begun.yaw, VelocityHeading)
 
     @property
     def _turns(self) -> bool:
         """Whether a yaw turns that has a limit on its rate, kept only from a curve on that keeps all others."""
-        return self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
+        limited = self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
+        return limited and self._question.turning is None  # a search that holds a yaw keeps its rate too
 
     @property
     def _follows(self) -> bool:
@@ -384,7 +400,7 @@ class Strategy:
 
     @cached_property
     def _question(self) -> ShortestQuestion:
-        return question_of(self.task, self.limits, self.timing.refine, self._heading)
+        return question_of(self.task, self.limits, self.timing.refine, None if self._heading is None else self._begun)
 
     def _first_guess(self) -> Guess | None:
         """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
@@ -433,7 +449,9 @@ class Strategy:
         # the instants of the search tightens the limits, and what kept all ends the loop.
         takes_unended = self._follows and self.task.still and not question.price
         with self.watched.interruptible():
-            for _ in range(SETTINGS.searches):
+            searches, turnings, best = 0, 0, np.inf
+            while searches < SETTINGS.searches:
+                searches += 1
                 curve = self._searched(question)
                 if not isinstance(curve, ShortestCurve):
                     return replace(found, reason=curve)
@@ -451,17 +469,37 @@ class Strategy:
                     continue
                 inside = True
                 fastest = min(found.fastest, float(curve.durations.sum())) if limits is self.limits else np.inf
-                found = Attempt(curve=curve, fastest=fastest if curve.kept else found.fastest)
+                found = replace(found, curve=curve, fastest=fastest if curve.kept else found.fastest)
                 if not curve.kept:
                     break
                 ended = or_reason(partial(self._within, solved, curve, question, limits, slower_share))
                 if not isinstance(ended, tuple):
                     return replace(found, reason=ended)
                 kept, excess = ended
-                if kept is not None or curve.stopped or excess > SETTINGS.seen_excess:
-                    return replace(found, solved=kept)
+                found = replace(found, solved=shorter(found.solved, kept))
+                flown = np.inf if kept is None else kept.flown.duration
+                gains, best = kept is None or flown < (1.0 - SETTINGS.worth_turning) * best, min(best, flown)
+                goes_on = gains and turnings < SETTINGS.turnings and not curve.stopped
+                turned = self._turned(question, solved, limits) if goes_on else None
+                if turned is not None:
+                    question, searches, turnings = turned, 0, turnings + 1
+                    continue
+                if found.solved is not None or curve.stopped or excess > SETTINGS.seen_excess:
+                    return found
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
         return found
+
+    def _turned(self, question: ShortestQuestion, solved: SolvedTask, limits: Limits) -> ShortestQuestion | None:
+        """Return the question from its own curve on with the yaw of that; None where it is about the one before."""
+        held, turning = question.turning, turning_of(limits, solved.flown)
+        if turning is None or self._begun.yaw.constant is not None:
+            return None
+        if held is not None and abs(largest_use(limits, solved.flown, proved=False) - 1.0) <= SETTINGS.slower_share:
+            return None
+        if held is not None and held.is_near(turning, SETTINGS.turned):
+            return None
+        guess = guess_of(solved.trajectory, solved.task)
+        return with_rates(question, limits, self._heading, turning=turning, guess=guess, parts=())
 
     def _nearly_kept(self, solved: SolvedTask, limits: Limits) -> bool:
         """Whether a curve whose search found no end is near enough to its limits to be flown more slowly."""
@@ -470,7 +508,7 @@ class Strategy:
     def _spare(self, found: Attempt) -> Attempt:
         """Certify the shortest curve that any search came by on its way, if it is shorter than what is found."""
         curve, best = self.watched.spare, found.solved
-        if curve is None or not (self._known or self.interrupted):  # what a search does not know, it does not keep
+        if curve is None:
             return NOTHING
         if best is not None and best.flown.duration <= (1.0 + SETTINGS.slower_share) * curve.durations.sum():
             return NOTHING
@@ -487,7 +525,7 @@ class Strategy:
     def _in_longer_durations(self, found: Attempt) -> Attempt:
         """Search the least cost in durations barely longer than those of a search that left no plan.
 
-        Its curve has no end, or uses more than the search knows: drag that depends on the heading, or a torque.
+        Its curve has no end, or uses more than the search knows: drag that depends on the heading.
         """
         curve = found.curve
         if curve is None or found.solved is not None or self.interrupted:
@@ -610,7 +648,11 @@ class Strategy:
         return found if found.solved is not None else replace(found, curve=curve)
 
     def _searched(self, question: ShortestQuestion) -> ShortestCurve | UnlimitedError | None:
-        return self.watched.curve(question, self.task, self.row_work)
+        work = WORK.iteration
+        if isinstance(self.limits, VehicleLimits):
+            held = WORK.yawed if self._begun.yaw.constant is not None else WORK.turning
+            work = WORK.rotors if question.turning is None else held
+        return self.watched.curve(question, self.task, work)
 
     def _straight(self, durations: FloatArray) -> SolvedTask:
         """Return the curve that rests at every waypoint."""
@@ -677,57 +719,39 @@ class Strategy:
         return solved if faster is None or not keeps(self.limits, faster.flown) else shorter(solved, faster)
 
     def _with_room(self, found: Attempt) -> Attempt:
-        """Search again with room of the rotors left to the torque of a yaw that no search knows, as little as it needs.
+        """Search again with room of the rotors left to the torque of a yaw along the velocity, as little as it needs.
 
-        A path that is flown more slowly instead, until the yaw leaves the rotors enough, is slow everywhere.
+        More room makes the search slower and its plan less slowed afterwards; between the two lies the shortest.  A
+        plan that had to be slowed asks for more room, one that had not for less.
         """
-        limits, timing, pieces, best, curve = self.limits, self.timing, self.task.pieces, found.solved, found.curve
-        most = max(SETTINGS.slow_by_turns * found.fastest, timing.total_time or 0.0)
-        if not isinstance(limits, VehicleLimits) or self._known or self._follows or timing.time_weight is not None:
+        limits, timing, best = self.limits, self.timing, found.solved
+        slow = max(SETTINGS.slow_by_turns * found.fastest, timing.total_time or 0.0)
+        if not isinstance(limits, VehicleLimits) or not self._veers or self._follows:
             return NOTHING
-        if found.fastest == np.inf or (best is not None and best.flown.duration <= most):
+        if timing.time_weight is not None or found.fastest == np.inf:
             return NOTHING
+        if best is not None and best.flown.duration <= slow:
+            return NOTHING
+        pieces = self.task.pieces
         if timing.refine:
             pieces = max(QUESTION.divisions[0], 1 if best is None else best.trajectory.pieces)
-        task = replace(self.task, pieces=pieces)
-
-        def slower(left: float) -> ShortestQuestion:
-            return question_of(task, leaving_room(limits, left), False, self._heading)
-
-        def turned(left: float) -> Guess | None:
-            return None if curve is None else self._paced(solved_at(self.task, curve), turning_room(limits, left), 2)
-
-        def paced_by_turns(left: float) -> ShortestQuestion:
-            guess = turned(left)
-            return slower(left) if guess is None else replace(begun_from(slower(left), guess), parts=())
-
-        best = self._halved(best, slower)
-        slow = best is None or best.flown.duration > SETTINGS.slow_enough_to_pace * found.fastest
-        if slow and not self.interrupted and turned(1.0) is not None:
-            best = self._halved(best, paced_by_turns)
-        return Attempt(best)
-
-    def _halved(self, best: SolvedTask | None, question: Callable[[float], ShortestQuestion]) -> SolvedTask | None:
-        """Search with a share of the rotors' room left, in the middle of those that do and of those that do not."""
-        # More room for the torque makes the search slower and its plan less slowed afterwards; between the two lies the
-        # shortest. A plan that had to be slowed asks for more room, one that had not for less.
-        low, high = 0.0, 1.0
+        task, low, high = replace(self.task, pieces=pieces), 0.0, 1.0
         for _ in range(SETTINGS.bisections):
             left = 0.5 * (low + high)
-            again = self._certified(question(left), self.limits, np.inf)
+            question = question_of(task, leaving_room(limits, left), False, self._begun)
+            again = self._certified(question, self.limits, np.inf)
             best, solved, curve = shorter(best, again.solved), again.solved, again.curve
             if self.interrupted:
                 break
             kept = curve is not None and curve.kept
             most = 0.0 if curve is None else SETTINGS.slow_by_turns * float(curve.durations.sum())
-            slow = solved is None or solved.flown.duration > most
-            low, high = (left, high) if kept and slow else (low, left)
-        return best
+            low, high = (left, high) if kept and (solved is None or solved.flown.duration > most) else (low, left)
+        return Attempt(best)
 
-    def _paced(self, solved: SolvedTask, limit: float, order: int = 1) -> Guess | None:
-        """Return a curve to begin from in durations at which a derivative of its yaw keeps a limit, or None."""
+    def _paced(self, solved: SolvedTask, limit: float) -> Guess | None:
+        """Return a curve to begin from in durations at which the rate of its yaw keeps a limit, or None."""
         guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
-        least = paced(solved.flown, self.task.finish, limit, order)
+        least = paced(solved.flown, self.task.finish, limit)
         if guess is None or least is None:
             return None
         if not self.task.still:  # what moves cannot be flown more slowly until the rate between samples is kept too
@@ -752,11 +776,21 @@ class Strategy:
             return SolverError("no plan that keeps the limits was found: give more time, or loosen a limit")
         return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
 
+    def _spins(self) -> LimitError | None:
+        """Return the error that says that a yaw turns too fast however slow the plan, where it does."""
+
+        def turns(times: FloatArray) -> Utilisation:
+            return next(one for one in self.limits.utilisation(self._straight(times).flown) if one.name == "yaw_rate")
+
+        used = turns(self.times)
+        slower = turns(self.times * used.fraction) if used.fraction > 1.0 + KEPT else used
+        return yaw_too_fast(slower) if slower.fraction > 1.0 + KEPT else None
+
     def _exceeded(self) -> Utilisation | None:
         """Return the limit that a curve within looser ones exceeds most; None without such a curve."""
         names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
         looser = replace(self.limits, **{name: SETTINGS.limit_factor * getattr(self.limits, name) for name in names})
-        curve = self._searched(question_of(self.task, looser, False, self._heading))
+        curve = self._searched(question_of(self.task, looser, False, None if self._heading is None else self._begun))
         if not isinstance(curve, ShortestCurve) or not curve.kept or self.interrupted:
             return None
         used = most_used(self.limits, solved_at(self.task, curve).flown)

@@ -281,8 +281,8 @@ def _most_used_safely(limits: Limits, trajectory: Trajectory, whole: bool, prove
     return min(max(fractions), STRETCH.largest_measured_use)
 
 
-def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1) -> FloatArray | None:
-    """Return durations of the pieces, none shorter than those of a curve, at which a derivative of the yaw is limited.
+def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray | None:
+    """Return durations of the pieces, none shorter than those of a curve, at which the rate of the yaw is limited.
 
     They are the shortest of two kinds: legs on which the yaw is too fast are slowed until none is, which suits a yaw
     that follows from the path; or each leg lasts as long as its turn takes at a part of the limit, and all longer until
@@ -294,9 +294,7 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
     finish : callable
         Gives a curve its yaw.
     limit : float
-        [rad/s], [rad/s^2].
-    order : int
-        1: of its rate; 2: of its acceleration.
+        [rad/s].
 
     Returns
     -------
@@ -308,12 +306,8 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
         """Return by how much longer each leg would have to last for the limit alone."""
         slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
         t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, STRETCH.pace_instants) * slower.durations[:, None]
-        rate = np.abs(slower.yaw(t, order)).max(axis=1)
-        return times(rate.reshape(curve.legs, -1).max(axis=1) / limit)
-
-    def times(shares: FloatArray) -> FloatArray:
-        """Return by how much longer a curve lasts whose derivative is so many times smaller."""
-        return shares if order == 1 else np.sqrt(shares)
+        rate = np.abs(slower.yaw(t, 1)).max(axis=1)
+        return np.asarray(rate.reshape(curve.legs, -1).max(axis=1) / limit)
 
     def on_pieces(factors: FloatArray) -> FloatArray:
         return np.repeat(np.maximum(factors, 1.0), curve.pieces)
@@ -329,7 +323,7 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
             break
         slowed *= on_pieces(np.sqrt(used))
     knots = curve.breaks[:: curve.pieces]
-    turns = order * times(np.abs(np.diff(curve.yaw(knots))) / limit) / np.diff(knots)
+    turns = np.abs(np.diff(curve.yaw(knots))) / limit / np.diff(knots)
     tried = [whole, slowed]
     for share in STRETCH.turn_shares:
         durations = curve.durations * on_pieces(share * turns)

@@ -33,6 +33,8 @@ class InstantKind(IntEnum):
     YAWED_ROTORS = 5
     HEADING_RATE = 6
     LOOK_RATE = 7
+    TURNING_ROTORS = 8
+    TURN_RATE = 9
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,44 @@ class InstantLimit:
 
     kind: InstantKind
     parameters: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """A yaw as a search holds it.
+
+    Parameters
+    ----------
+    points : ndarray, shape (legs, turns, 4) or (1, turns, 4), or None
+        Control points of cubics on equal shares of the time that each leg takes, or of all time [rad].
+    follows : ndarray of bool, shape (legs, turns), or None
+        Where the yaw is along the velocity instead.
+    clock : float
+        All that time, where the yaw is a function of time [s]; else 0.
+    angles : ndarray, shape (legs + 1,), or None
+        Through which it goes by a spline of the legs' durations, in place of cubics [rad].
+    rate : float
+        Of that at the start of an open course [rad/s].
+    """
+
+    points: FloatArray | None = None
+    follows: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] | None = None
+    clock: float = 0.0
+    angles: FloatArray | None = None
+    rate: float = 0.0
+
+    def is_near(self, other: Turning, angle: float) -> bool:
+        """Whether a search that holds it need not hold another of the same kind, of a curve that it found.
+
+        Parameters
+        ----------
+        other : Turning
+        angle : float
+            By which cubics on legs may differ [rad].
+        """
+        if self.points is None or other.points is None or self.clock > 0.0:
+            return False
+        return bool(np.abs(self.points - other.points).max() <= angle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +141,8 @@ class ShortestQuestion:
         In place of rest at every waypoint; its pieces are divided then.
     turned : ndarray, shape (waypoints, dim, dim), or None
         Columns are the axes along which a waypoint's position is free or pinned; zeros for the world's.
+    turning : Turning or None
+        The yaw, where limits depend on it.
     """
 
     pinned: FloatArray
@@ -120,6 +162,7 @@ class ShortestQuestion:
     rough: bool = False
     guess: Guess | None = None
     turned: FloatArray | None = None
+    turning: Turning | None = None
 
     def same(self, other: ShortestQuestion) -> bool:
         """Whether another question is the same, and so its answer."""
@@ -309,6 +352,11 @@ def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
         cones=sets,
         momentary=limits,
     )
+    turning = question.turning
+    if turning is not None:
+        turns = 0 if turning.points is None else turning.points.shape[1]
+        request.put(turns=turns, turning=turning.points, clock=turning.clock, angles=turning.angles, rate=turning.rate)
+        request.put(follows=None if turning.follows is None else turning.follows.astype(np.int64))
     if guess is not None:
         request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))
         request.put(guess_durations=guess.durations, least=guess.least)

@@ -196,22 +196,25 @@ def test_a_yaw_that_turns_too_fast_at_any_speed_is_refused():
 
 @pytest.mark.parametrize("pieces", [1, 3, "auto"])
 @pytest.mark.parametrize("yaw", [(0.0, 0.7, 1.5, 2.2, 3.0), lambda t: 0.5 * np.sin(2.0 * t)])
-def test_rotors_are_left_room_for_the_torque_of_a_yaw(yaw, pieces):
-    """A path without it, flown more slowly until the yaw left the rotors enough, took up to 1.38 times as long."""
+def test_rotors_give_the_torque_of_a_yaw_that_turns(yaw, pieces):
+    """Searches that did not know it left a part of the rotors' room to it, and took up to 1.12 times as long."""
     limits = Limits.of(Quadrotor.dji_f330(), speed=4.0)
     still, path = (minsnap.plan(REFERENCE, limits=limits, yaw=angles, pieces=pieces) for angles in (0.0, yaw))
     check_touching(path, limits, REFERENCE)
-    assert path.duration <= 1.12 * still.duration
+    assert path.duration <= 1.01 * still.duration
     assert pieces in ("auto", path.pieces)
 
 
-@pytest.mark.parametrize(("pieces", "most"), [(1, 3.3), (3, 4.7)])
+@pytest.mark.parametrize(("pieces", "most"), [(1, 3.2), (3, 2.9)])
 def test_a_turn_on_a_short_leg_is_given_time_where_its_torque_takes_the_rotors_room(pieces, most):
-    """With room left for it alone all legs were long, 6.2 s with one piece."""
+    """With room left for it alone all legs were long, 6.2 s with one piece.
+
+    Half a percent less time is twice the torque there, so that no factor on time brings the flight to its limits.
+    """
     points = [(0, 0, 1), (2, 0, 1), (2.1, 0, 1), (3.5, 0, 1), (4.5, 0, 1)]
     limits = Limits.of(Quadrotor.dji_f330(), speed=3.0, acceleration=6.0)
     path = minsnap.plan(points, limits=limits, yaw=(-0.3, 0.8, -0.2, -0.3, -0.2), pieces=pieces)
-    check_touching(path, limits, points)
+    assert minsnap.certify(path, points, limits=limits).ok
     assert path.duration <= most
 
 
@@ -219,11 +222,30 @@ def test_a_rate_of_the_yaw_leaves_rotors_room_too():
     limits = Limits.of(Quadrotor.dji_f330(), speed=4.0, yaw_rate=1.0)
     path = minsnap.plan(REFERENCE, limits=limits, yaw=(0.0, 0.7, 1.5, 2.2, 3.0), pieces=3)
     check_touching(path, limits, REFERENCE)
-    assert path.pieces == 3 and path.duration <= 6.9
+    assert path.pieces == 3 and path.duration <= 6.56
 
 
-@pytest.mark.parametrize(("calls", "most"), [(22, 8.32), (44, 8.13)])
-def test_ctrl_c_keeps_a_plan_with_more_room_for_a_yaw(calls, most):
+@pytest.mark.parametrize("yaw", ["velocity", minsnap.LookAt((4.0, 2.0, 0.0))], ids=["velocity", "point"])
+def test_rotors_give_the_torque_of_a_yaw_that_follows_from_the_path(yaw):
+    """With a part of the rotors' room left to it they took 7.59 and 7.91 s; a constant yaw takes 7.58 s."""
+    limits = Limits.of(Quadrotor.dji_f330(), speed=4.0)
+    path = minsnap.plan(REFERENCE, limits=limits, yaw=yaw, pieces=1)
+    assert minsnap.certify(path, REFERENCE, limits=limits).ok
+    assert path.duration <= 7.62
+
+
+@pytest.mark.parametrize("yaw", [0.3, (0.0, 0.7, 1.5, 2.2, 3.0)])
+def test_rotors_know_drag_that_differs_along_the_axes_of_the_body(yaw):
+    """Searches took its mean, and flew 5.25 and 5.53 s."""
+    vehicle = Quadrotor.dji_f330()
+    limits = Limits.of(replace(vehicle, drag=BodyDrag(vehicle.mass * np.array((0.5, 0.1, 0.1)))), speed=6.0)
+    path = minsnap.plan(REFERENCE, limits=limits, yaw=yaw, pieces=1)
+    check_touching(path, limits, REFERENCE)
+    assert path.duration <= 5.17
+
+
+@pytest.mark.parametrize(("calls", "most"), [(9, 8.32), (16, 7.65)])
+def test_ctrl_c_keeps_a_plan_with_a_yaw_that_turns(calls, most):
     def press(step):
         if step.evaluation == calls:
             raise KeyboardInterrupt
