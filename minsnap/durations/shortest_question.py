@@ -282,10 +282,15 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray,
         entries.append(InstantLimit(InstantKind.MOST_THRUST, (*medium.values, limits.max_thrust * share)))
     if medium.drags and limits.tilt is not None:
         entries.append(InstantLimit(InstantKind.TILT, (*medium.values, tan(limits.tilt * share))))
-    if limits.body_rate is not None:
-        entries.append(InstantLimit(InstantKind.BODY_RATE, (*medium.values, limits.body_rate * share)))
+    rotors = []
     if isinstance(limits, VehicleLimits):
-        entries.append(_rotors(limits.vehicle, limits.reserve, heading, held))
+        rotors = [_rotors(limits.vehicle, limits.reserve, heading, held)]
+    if limits.body_rate is not None:
+        kind, body = InstantKind.BODY_RATE, medium.values
+        if isinstance(limits, VehicleLimits) and held and not lateral_alike(limits.vehicle):
+            kind, body = InstantKind.TURNING_BODY_RATE, rotors[0].parameters
+        entries.append(InstantLimit(kind, (*body, limits.body_rate * share)))
+    entries += rotors
     if limits.yaw_rate is not None and heading is not None:
         speed = float((lengths / stop_and_go_times(lengths, limits)).mean())
         held_rate = (

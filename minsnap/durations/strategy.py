@@ -379,7 +379,7 @@ class Strategy:
 
     @property
     def _drags_unevenly(self) -> bool:
-        """Whether drag turns with the body: searches take its mean, but for rotors under a yaw."""
+        """Whether drag turns with the body: thrust, tilt, and all without a yaw, are searched with its mean."""
         return isinstance(self.limits, VehicleLimits) and not lateral_alike(self.limits.vehicle)
 
     @property

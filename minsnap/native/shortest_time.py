@@ -35,6 +35,7 @@ class InstantKind(IntEnum):
     LOOK_RATE = 7
     TURNING_ROTORS = 8
     TURN_RATE = 9
+    TURNING_BODY_RATE = 10
 
 
 @dataclass(frozen=True)

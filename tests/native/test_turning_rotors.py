@@ -1,4 +1,4 @@
-"""The rotors' thrusts as the search has them, for headings that turn and drag that differs along the body's axes."""
+"""Rotors and body rate as the search has them: headings that turn, drag that differs along the body's axes."""
 
 import subprocess
 from dataclasses import replace
@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from minsnap.native import build
+from minsnap.native.shortest_time import InstantKind
 from minsnap.trajectory.medium import Medium
 from minsnap.vehicle import BodyDrag, Quadrotor, attitude
 
-CASES, FUNCTIONS, ASIDE = 20, 9, 0.1
+CASES, ASIDE, BODY_RATE = 20, 0.1, 6.0
 DRAGS = {
     "none": BodyDrag(),
     "the same along both lateral axes": BodyDrag((0.3, 0.3, 0.05), (0.02, 0.02, 0.04)),
@@ -34,8 +35,8 @@ def program(tmp_path_factory):
     return made
 
 
-def thrusts(vehicle, motion, yaw):
-    """The thrusts of the rotors by the flatness of the vehicle."""
+def flown(vehicle, motion, yaw):
+    """The thrusts of the rotors by the flatness of the vehicle, and the rate of its thrust axis."""
     drag = vehicle.flat_drag
     per_mass = zip(drag.linear / vehicle.mass, drag.quadratic / vehicle.mass, strict=True)
     media = [Medium(vehicle.gravity, *both) for both in per_mass]
@@ -46,7 +47,7 @@ def thrusts(vehicle, motion, yaw):
     turn, rate = attitude.angular_accelerations_of(flat, frame, rates, singular)[:, 0], rates[:, 0]
     torque = vehicle.inertia @ turn + np.cross(rate, vehicle.inertia @ rate)
     lift = vehicle.mass * (frame[2] * flat.gamma).sum()
-    return vehicle.inverse_mixer @ (lift, *torque)
+    return vehicle.inverse_mixer @ (lift, *torque), np.hypot(*rate[:2])
 
 
 def along_velocity(motion):
@@ -65,8 +66,8 @@ def test_thrusts_and_their_gradients_are_those_of_the_vehicle(program, name, alo
     least, most = vehicle.rotor_thrust_limits
     parts = drag.linear / vehicle.mass, drag.quadratic / vehicle.mass, vehicle.inertia, vehicle.inverse_mixer
     linear, quadratic, inertia, mixer = (part.reshape(-1) for part in parts)
-    given = [vehicle.gravity, *linear, *quadratic, vehicle.mass, least, most, *inertia, *mixer, ASIDE]
-    wanted = []
+    given = [vehicle.gravity, *linear, *quadratic, vehicle.mass, least, most, *inertia, *mixer, ASIDE, BODY_RATE]
+    wanted, rates = [], []
     for _ in range(CASES):
         motion = [draw.normal(size=3) * size for size in (5.0, 4.0, 20.0, 100.0)]
         yaw = along_velocity(motion) if along else draw.normal(size=3) * (2.0, 2.0, 8.0)
@@ -80,12 +81,22 @@ def test_thrusts_and_their_gradients_are_those_of_the_vehicle(program, name, alo
             *np.concatenate(heading),
             float(along),
         ]
-        wanted.append(thrusts(vehicle, motion, yaw))
+        for all_, one in zip((wanted, rates), flown(vehicle, motion, yaw), strict=True):
+            all_.append(one)
     text = " ".join(repr(float(value)) for value in given)
-    run = subprocess.run([program, str(CASES), str(int(along))], input=text, capture_output=True, text=True, check=True)
-    found = np.array([line.split() for line in run.stdout.splitlines()], dtype=float)
-    rotors = found[:, :4] * most + most
+
+    def found(kind, functions):
+        """Values of the functions, and their gradients in two ways."""
+        asked = [program, str(CASES), str(int(along)), str(int(kind))]
+        run = subprocess.run(asked, input=text, capture_output=True, text=True, check=True)
+        numbers = np.array([line.split() for line in run.stdout.splitlines()], dtype=float)
+        sums, slopes = numbers[:, functions:].reshape(CASES, functions, 2, -1).transpose(2, 0, 1, 3)
+        np.testing.assert_allclose(sums, slopes, rtol=1e-9, atol=1e-9)
+        return numbers[:, :functions]
+
+    values = found(InstantKind.TURNING_ROTORS, 9)
+    rotors = values[:, :4] * most + most
     np.testing.assert_allclose(rotors, wanted, rtol=1e-9, atol=1e-9 * most)
-    np.testing.assert_allclose(least - found[:, 4:8] * most, rotors, rtol=1e-12, atol=1e-12 * most)
-    sums, slopes = found[:, FUNCTIONS:].reshape(CASES, FUNCTIONS, 2, -1).transpose(2, 0, 1, 3)
-    np.testing.assert_allclose(sums, slopes, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(least - values[:, 4:8] * most, rotors, rtol=1e-12, atol=1e-12 * most)
+    values = found(InstantKind.TURNING_BODY_RATE, 1)
+    np.testing.assert_allclose(np.sqrt(2.0 * values[:, 0] + 1.0) * BODY_RATE, rates, rtol=1e-9)

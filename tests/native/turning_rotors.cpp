@@ -1,4 +1,4 @@
-// Reads parameters of a limit on rotors and cases of motion and heading; prints for each the values, then by function its gradient as sums have it,
+// Reads parameters of a limit on rotors or on the body rate and cases of motion and heading; prints for each the values, then by function its gradient as sums have it,
 // and as numbers with derivatives do: in the motion, and last in the logarithm of the duration.
 #include <cstdio>
 #include <cstdlib>
@@ -9,11 +9,11 @@
 using namespace minsnap;
 
 int main(int, char **arguments) {
-    const int cases = std::atoi(arguments[1]), along = std::atoi(arguments[2]);
-    std::vector<double> parameters(TurningRotors::values), weight(4 * TurningRotors::functions);
+    const int cases = std::atoi(arguments[1]), along = std::atoi(arguments[2]), kind = std::atoi(arguments[3]);
+    std::vector<double> parameters(TurningRotors::values + 1), weight(4 * TurningRotors::functions);
     for (double &value : parameters)
         if (std::scanf("%lf", &value) != 1) return 1;
-    InstantLimit limit(MomentaryLimit{static_cast<std::int64_t>(LimitKind::turning_rotors), parameters.data()});
+    InstantLimit limit(MomentaryLimit{kind, parameters.data()});
     limit.along = along != 0;
     if (limit.follows()) limit.span.low = 1;
     const int inputs = limit.inputs(), given = limit.given();

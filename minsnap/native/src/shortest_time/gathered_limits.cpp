@@ -148,12 +148,18 @@ private:
             terms.own_slope += sloped * gradients.own;
             terms.own_bend += along * gradients.own + bent * gradients.own_bend;
         };
-        for (int k = 0; k < asked.rotors; ++k) {
-            gradients.of_rotor(asked.mixer + asked.rotors * k, gradient);
-            sum(1.0 / asked.most, k, k + asked.rotors);
+        if (limit.kind == LimitKind::turning_body_rate) {
+            const double most = limit.parameters[TurningRotors::values];
+            gradients.of_rate(gradient);
+            sum(1.0 / (most * most), 0, -1);
+        } else {
+            for (int k = 0; k < asked.rotors; ++k) {
+                gradients.of_rotor(asked.mixer + asked.rotors * k, gradient);
+                sum(1.0 / asked.most, k, k + asked.rotors);
+            }
+            gradients.of_cone(gradient);
+            sum(asked.unit(), asked.cone, -1);
         }
-        gradients.of_cone(gradient);
-        sum(asked.unit(), asked.cone, -1);
         mirror<n>(terms);
         if (limit.timed) clear_own<n>(terms);
     }

@@ -22,6 +22,7 @@ enum class LimitKind : std::int64_t {
     look_rate = 7,
     turning_rotors = 8,
     turn_rate = 9,
+    turning_body_rate = 10,
 };
 
 // Parameters: medium, ratio.
@@ -235,8 +236,8 @@ struct InstantLimit {
         const bool two = kind == LimitKind::tilt || kind == LimitKind::heading_rate || kind == LimitKind::unspun_rotors;
         functions = two ? 2 : of_yaw() ? YawedRotors::functions : 1;
         span.low = kind == LimitKind::look_rate ? 0 : 1;
-        span.high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
-        if (!drag && (kind == LimitKind::body_rate || rotors())) span.low = 2;
+        span.high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() || turns_body() ? 4 : 2;
+        if (!drag && (kind == LimitKind::body_rate || rotors() || turns_body())) span.low = 2;
         if (!drag && kind == LimitKind::body_rate) products = 3;
         if (!drag && kind == LimitKind::unspun_rotors) products = 6;
     }
@@ -244,19 +245,15 @@ struct InstantLimit {
     static bool known(const MomentaryLimit &asked, std::int64_t dim) {
         const bool turns = asked.kind == static_cast<std::int64_t>(LimitKind::heading_rate) ||
                            asked.kind == static_cast<std::int64_t>(LimitKind::look_rate);
-        return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::turn_rate) &&
-               dim >= (turns                                                           ? 2
-                       : asked.kind == static_cast<std::int64_t>(LimitKind::turn_rate) ? 1
-                                                                                       : 3);
+        return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::turning_body_rate) && dim >= (turns ? 2 : 3);
     }
 
     bool rotors() const { return kind == LimitKind::unspun_rotors || of_yaw(); }
     bool of_yaw() const { return kind == LimitKind::yawed_rotors || kind == LimitKind::turning_rotors; }
-    bool headed() const {
-        return kind == LimitKind::turning_rotors || kind == LimitKind::turn_rate;
-    }  // by what is given beside the derivatives
+    bool turns_body() const { return kind == LimitKind::turning_rotors || kind == LimitKind::turning_body_rate; }
+    bool headed() const { return turns_body() || kind == LimitKind::turn_rate; }  // by what is given beside the derivatives
     int inputs() const { return span.count() * axes; }
-    bool follows() const { return along && kind == LimitKind::turning_rotors; }
+    bool follows() const { return along && turns_body(); }
     int given() const { return inputs() + (headed() ? TurningRotors::heading : 0); }  // with the heading, after them
     int order(int input) const { return input < inputs() ? span.low + input / axes : timed ? 0 : (input - inputs()) / 2; }
 
@@ -287,6 +284,7 @@ private:
                 if (kind == LimitKind::yawed_rotors) return yawed_rotors(parameters, x, out);
                 if (kind == LimitKind::turning_rotors) return turning_rotors(parameters, x, u, out);
                 if (kind == LimitKind::turn_rate) return turn_rate(parameters, u, out);
+                if (kind == LimitKind::turning_body_rate) return turning_body_rate(parameters, x, u, out);
             }
             if constexpr (known != 6) of_turning(x, out);
         }

@@ -106,6 +106,14 @@ inline void turning_rotors(const double *p, const Space<Real> *motion, const Rea
     out[asked.cone] = asked.unit() * body.cone(heading, asked.share);
 }
 
+// Parameters: those of the rotors, then the most rate of the thrust axis.
+template <class Real>
+inline void turning_body_rate(const double *p, const Space<Real> *motion, const Real *heading, Real *out) {
+    const BodyTurns<Real> body(TurningRotors(p), motion, heading);
+    const double limit = p[TurningRotors::values];
+    out[0] = (0.5 / (limit * limit)) * (body.rate.x * body.rate.x + body.rate.y * body.rate.y) - 0.5;
+}
+
 // Gradients of one of the rotors' thrusts, and of the cone around the heading. By velocity where there is drag, acceleration, jerk and snap; and, as a
 // heading turns more slowly where more time is taken, by the logarithm of the duration, with what the second derivative is by the heading.
 template <bool drag>
@@ -121,17 +129,42 @@ public:
 
     // Of one rotor, by its row of the inverse mixer.
     MINSNAP_INLINE void of_rotor(const double *row, Quad *gradient) {
-        const Space<Plain> &rate = body_.rate, &change = body_.change, torque{row[1], row[2], row[3]};
+        const Space<Plain> torque{row[1], row[2], row[3]};
+        of_turns(momentum(torque), cross(momentum_, torque) + momentum(cross(torque, body_.rate)), row[0] * asked_.mass, gradient);
+    }
+
+    // Of half the square of the rate of the thrust axis.
+    MINSNAP_INLINE void of_rate(Quad *gradient) {
+        const Plain none(0.0);
+        of_turns({none, none, none}, {body_.rate.x, body_.rate.y, none}, 0.0, gradient);
+    }
+
+    // Of half the square of what beta has along the heading, less a share of half its own square.
+    MINSNAP_INLINE void of_cone(Quad *gradient) {
+        const Space<Plain> &beta = body_.beta;
+        const Plain &east = heading_[0], &north = heading_[1], none(0.0);
+        const Plain ahead = (east * beta.x + north * beta.y) / (east * east + north * north);
+        const Space<Plain> by{east * ahead - asked_.share * beta.x, north * ahead - asked_.share * beta.y, -asked_.share * beta.z};
+        const Space<Plain> zero{none, none, none};
+        const Moving<Plain> by_a{zero, zero, zero}, by_b{body_.in_body(by), zero, zero};
+        own = own_bend = Quad{};
+        put(by_a, by_b, zero, gradient);
+        if constexpr (drag) along_velocity(0, ahead * (beta.x - ahead * east), ahead * (beta.y - ahead * north), gradient);
+    }
+
+private:
+    // Of angular accelerations and rates with their weights, and of the thrust per mass with its own.
+    MINSNAP_INLINE void of_turns(const Space<Plain> &by_change, const Space<Plain> &by_rate, double lift, Quad *gradient) {
+        const Space<Plain> &rate = body_.rate, &change = body_.change;
         const Plain &p = rate.x, &q = rate.y, &r = rate.z;
         const Moving<Plain> &a = body_.first, &b = body_.second, &h = body_.head;
         // Weights of the conditions' second derivatives, then of their first ones, then of the conditions.
-        const Space<Plain> m = body_.weights(momentum(torque));
+        const Space<Plain> m = body_.weights(by_change);
         const auto turned = [&](const Moving<Plain> &v) {  // of what is perpendicular to y, by the rate
             return Space<Plain>{q * v[0].x + 2.0 * v[1].z, p * v[0].x + r * v[0].z, q * v[0].z - 2.0 * v[1].x};
         };
         const Space<Plain> by_x{q * a[0].y + r * a[0].z, p * a[0].y - 2.0 * a[1].z, p * a[0].z + 2.0 * a[1].y};
-        const Space<Plain> n =
-            body_.weights(cross(momentum_, torque) + momentum(cross(torque, rate)) + m.x * by_x + m.y * turned(b) + m.z * turned(h));
+        const Space<Plain> n = body_.weights(by_rate + m.x * by_x + m.y * turned(b) + m.z * turned(h));
         const Plain none(0.0);
         const auto by_y = [&](const Plain &m, const Plain &n, Moving<Plain> &by) {
             by[0] = {m * (p * q - change.z) - n * r, none, m * (q * r + change.x) + n * p};
@@ -144,7 +177,6 @@ public:
         by_a[2] = {m.x, none, none};
         by_y(m.y, n.y, by_b);
         by_y(m.z, n.z, by_h);
-        const double lift = row[0] * asked_.mass;
         Space<Plain> by_c{none, none, Plain(lift)}, twist = Plain(lift) * crossed_lift();
         for (int k = 0; k < 3; ++k) twist = twist + cross(by_a[k], a[k]) + cross(by_b[k], b[k]) + cross(by_h[k], h[k]);
         const Space<Plain> t = body_.weights(twist);
@@ -163,20 +195,6 @@ public:
         }
     }
 
-    // Of half the square of what beta has along the heading, less a share of half its own square.
-    MINSNAP_INLINE void of_cone(Quad *gradient) {
-        const Space<Plain> &beta = body_.beta;
-        const Plain &east = heading_[0], &north = heading_[1], none(0.0);
-        const Plain ahead = (east * beta.x + north * beta.y) / (east * east + north * north);
-        const Space<Plain> by{east * ahead - asked_.share * beta.x, north * ahead - asked_.share * beta.y, -asked_.share * beta.z};
-        const Space<Plain> zero{none, none, none};
-        const Moving<Plain> by_a{zero, zero, zero}, by_b{body_.in_body(by), zero, zero};
-        own = own_bend = Quad{};
-        put(by_a, by_b, zero, gradient);
-        if constexpr (drag) along_velocity(0, ahead * (beta.x - ahead * east), ahead * (beta.y - ahead * north), gradient);
-    }
-
-private:
     MINSNAP_INLINE Space<Plain> momentum(const Space<Plain> &a) const {
         const double *m = asked_.inertia;
         return {m[0] * a.x + m[1] * a.y + m[2] * a.z, m[3] * a.x + m[4] * a.y + m[5] * a.z, m[6] * a.x + m[7] * a.y + m[8] * a.z};
