@@ -231,6 +231,11 @@ class Strategy:
         """Whether Ctrl-C, time or work ended the search."""
         return self.watched.ended is not None
 
+    @property
+    def found(self) -> Run:
+        """What the search leaves."""
+        return Run(tuple(self.watched.log.steps), self.interrupted)
+
     def run(self, first: Trajectory | None = None) -> PlanOutcome:
         """Return the shortest plan, certified, with the steps of its search, or why there is none.
 
@@ -258,7 +263,7 @@ class Strategy:
         if rests and self.task.still and not found.hopeless:
             solved = shorter(solved, self.resting)
         if solved is not None:
-            planned = timed(solved, Run(tuple(self.watched.log.steps), self.interrupted))
+            planned = timed(solved, self.found)
             return PlanOutcome(replace(planned, stands_in=found.stands_in or solved is not found.solved))
         lost = self.watched.ended if self.watched.lost else None
         return PlanOutcome(reason=lost or found.reason or self.find_reason(found.curve))
@@ -289,9 +294,10 @@ class Strategy:
             settled = found.solved is not None and (price or not self._follows)
             if self.interrupted or settled or found.hopeless:
                 return found
-        question = begun_from(question, guess)
-        search = self._with_rate if self._turns else self._at_once
-        return found.then(search(question))
+        return found.then(self._search(begun_from(question, guess)))
+
+    def _search(self, question: ShortestQuestion) -> Attempt:
+        return self._with_rate(question) if self._turns else self._at_once(question)
 
     def _at_once(self, question: ShortestQuestion) -> Attempt:
         """Search within all limits."""
@@ -307,12 +313,12 @@ class Strategy:
             # the curve is one to begin from although it could not be certified.
             uncertified = solved_at(self.task, curve)
             if uncertified.inside and largest_yaw_rate(uncertified.flown)[0] > float(self.limits.yaw_rate or 0.0):
-                return self._turning(uncertified, curve, question.price)
+                return self._turning(uncertified, curve, question)
         if solved is None or keeps(self.limits, solved.flown):
             return straight
         if self.interrupted:
             return replace(straight, solved=self._touching(solved, self.limits) if self.task.still else None)
-        return self._turning(solved, curve, question.price)
+        return self._turning(solved, curve, question)
 
     def _divided(self, question: ShortestQuestion) -> Attempt:
         """Search with fewer pieces, then from that curve with more, and take the shorter flight of the two."""
@@ -362,8 +368,17 @@ class Strategy:
         if guess is None or task.continuity > task.half - 1:
             return None
         question = begun_from(self._question, replace(guess, durations=durations))
-        held = replace(question, parts=(), price=balanced_price(curve, curve.duration), timed=True, moving=True)
+        price = significant((2 * task.half - 1) * curve.cost() / curve.duration)  # what its time is worth
+        held = replace(question, parts=(), price=price, timed=True, moving=True)
         return self._certified(held, self.limits, SETTINGS.slower_share).solved
+
+    def cheapest_of_total(self, first: SolvedTask, total: float) -> SolvedTask | None:
+        """Search the curve of least cost with a total [s], from one with any; None where none is found."""
+        guess = guess_of(first.trajectory, replace(self.task, pieces=first.trajectory.pieces))
+        question = replace(begun_from(self._question, guess), total=total, moving=True)
+        with self.watched.interruptible():
+            return self._at_once(question).solved
+        return None
 
     @cached_property
     def _heading(self) -> Heading | None:
@@ -447,7 +462,7 @@ class Strategy:
         found, inside = NOTHING, False
         # Each round repairs what the last one missed: a curve outside a wall moves the walls inwards, an excess between
         # the instants of the search tightens the limits, and what kept all ends the loop.
-        takes_unended = self._follows and self.task.still and not question.price
+        takes_unended = self._follows and self.task.still and not question.costs
         with self.watched.interruptible():
             searches, turnings, best = 0, 0, np.inf
             while searches < SETTINGS.searches:
@@ -455,7 +470,7 @@ class Strategy:
                 curve = self._searched(question)
                 if not isinstance(curve, ShortestCurve):
                     return replace(found, reason=curve)
-                if limits is self.limits and not (question.timed or question.price):
+                if limits is self.limits and not question.costs:
                     self.watched.spared(curve.inside)
                 found = found if inside else Attempt(curve=curve)
                 if not curve.durations.max() <= LONGEST_PIECE:
@@ -552,12 +567,11 @@ class Strategy:
         # Slowing a path scales its p-th derivative by a power of the factor, so one factor brings the most used limit
         # to 1. From a start in motion it would change the start: there the curve is kept as it is, or given up.
         curve, at = solved.flown, cache(solved.slowed)
-        priced = question.timed or question.price > 0.0
         if question.moving:
             self.deadline.spend(measuring_work(limits, len(curve.durations)))
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
-                quick = () if priced else self._hastened(at, limits)
+                quick = () if question.costs else self._hastened(at, limits)
                 kept = next((one for one in chain(quick, [solved]) if keeps(limits, one.flown)), None)
                 if kept is not None:
                     return kept, 0.0
@@ -565,7 +579,8 @@ class Strategy:
                 if not answer.stopped:
                     return None, use - 1.0
             excess = use - 1.0
-            if not self.task.still or (slower_share == SETTINGS.slower_share and not answer.stopped):
+            held = question.timed or question.total > 0.0
+            if held or not self.task.still or (slower_share == SETTINGS.slower_share and not answer.stopped):
                 return None, excess
         factor = powers_factor(limits, curve) or nearby_factor(
             limits, lambda factor: at(factor).flown, deadline=self.deadline
@@ -578,7 +593,7 @@ class Strategy:
         factor = grained(factor or touching_factor(limits, curve, deadline=self.deadline))
         inside = answer.slack > SETTINGS.large_slack + question.tightened
         least = SETTINGS.unlimited_below_slack if inside else SETTINGS.unlimited_below
-        if priced or self.walled:
+        if question.costs or self.walled:
             factor = max(factor, 1.0)
         elif factor < least and not (answer.stopped or limited(solved.task, limits)):
             raise nothing_limits(list(limits.given()))
@@ -610,7 +625,7 @@ class Strategy:
         factor = if_possible(partial(touching_factor, limits, solved.flown, guess, deadline=self.deadline))
         return None if factor is None else solved.slowed(grained(factor))
 
-    def _turning(self, solved: SolvedTask, curve: ShortestCurve | None, price: float) -> Attempt:
+    def _turning(self, solved: SolvedTask, curve: ShortestCurve | None, asked: ShortestQuestion) -> Attempt:
         """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.
 
         Parameters
@@ -618,8 +633,8 @@ class Strategy:
         solved : SolvedTask
         curve : ShortestCurve or None
             That of the search for it.
-        price : float
-            Of a second.
+        asked : ShortestQuestion
+            What is searched for.
         """
         limit, enough = self.limits.yaw_rate, np.inf
         assert limit is not None
@@ -634,11 +649,9 @@ class Strategy:
                 return Attempt(curve=curve, reason=yaw_too_fast(next(turns)))
             guesses = [guess, replace(guess, durations=guess.least / guess.slower)]
             enough = SETTINGS.slow_by_turns * float(guess.least.sum())  # its turns alone take so long
-        if not self.task.still:
-            price = 0.0  # what moves is lengthened to a total by other solves, and needs a plan that is short enough
         found = NOTHING
         for guess in guesses:
-            question = replace(begun_from(self._question, guess), parts=(), price=price)
+            question = replace(begun_from(asked, guess), parts=())
             last = self._certified(question, self.limits, SETTINGS.slower_share)
             found = found.then(last)
             near_least = found.solved is not None and found.solved.flown.duration <= enough
@@ -795,11 +808,6 @@ class Strategy:
             return None
         used = most_used(self.limits, solved_at(self.task, curve).flown)
         return used if used.fraction > 1.0 + KEPT else None
-
-
-def balanced_price(curve: Trajectory, total: float) -> float:
-    """Return the price of a second at which a path flown more slowly saves in cost what its time costs [1/s]."""
-    return significant((2 * curve.cost_order - 1) * curve.cost() / total)
 
 
 def shorter(*plans: SolvedTask | None) -> SolvedTask | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -18,7 +18,7 @@ from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.shortest_question import guess_of
 from minsnap.durations.starts import shortest_of_starts
 from minsnap.durations.stopping import Stopping
-from minsnap.durations.strategy import Strategy, balanced_price
+from minsnap.durations.strategy import Strategy
 from minsnap.durations.time_scaling import flown_fastest, scaled_plan
 from minsnap.durations.time_stretch import grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, attempted, found_in, solved_or_explained, timed
@@ -46,27 +46,8 @@ AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
 
 
-@dataclass(frozen=True)
-class PriceSettings:
-    """How the price of time is found at which the plan of least cost takes a total.
-
-    Parameters
-    ----------
-    rounds : int
-        Searches with other prices.
-    below, met : float
-        Shares of the total by which the plan is shorter, being flown more slowly by that, and which is near enough.
-    step : float
-        How far the logarithm of the price goes at once.
-    """
-
-    rounds: int = 12
-    below: float = 1e-5
-    met: float = 5e-5
-    step: float = 2.0
-
-
-PRICES = PriceSettings()
+NEAR_FREE = 3.0
+"""Use of limits by the plan without them up to which a search from it is tried."""
 
 
 def shortest_plan(task: Task, timing: Timing) -> PlanOutcome:
@@ -166,9 +147,13 @@ def of_solved(solved: SolvedTask | MinsnapError, task: Task, timing: Timing) -> 
 
 
 def _searched_plan(task: Task, timing: Timing) -> PlanOutcome:
-    """Search the curve and its durations together, for a price of time or a total."""
-    search, price = LeastPriced(task, timing), timing.time_weight
-    free = search.free(distance_split(task, timing.total) if price is None else priced_first_guess(task, price))
+    """Search the curve and its durations together, for a price of time or a total.
+
+    The plan without limits is returned where it keeps them.
+    """
+    search, price = Strategy(task, timing), timing.time_weight
+    first = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
+    free = first if isinstance(first, MinsnapError) else _without_limits(search, first)
     if isinstance(free, MinsnapError):
         return PlanOutcome(reason=free)
     if free is None:
@@ -176,38 +161,89 @@ def _searched_plan(task: Task, timing: Timing) -> PlanOutcome:
         refused = explain(timing.in_time(task), durations)
         if not isinstance(refused, SolverError):  # else these durations have a curve
             return PlanOutcome(reason=refused)
+    elif keeps(timing.bounds, free.trajectory) or (price is not None and free.interrupted):
+        return PlanOutcome(free)
     if price is None:
-        kept = free is not None and keeps(timing.bounds, free.trajectory)
-        return PlanOutcome(free) if kept else _at_total(timing, search, free)
-    priced = search.priced_from_shortest(price) if free is None else search.priced(price, free)
+        return _at_total(search, free)
+    priced = _at_price(search, price, free)
     return priced if priced.planned is None else limits_kept(priced.planned, task, timing, True)
 
 
-def _at_total(timing: Timing, search: LeastPriced, free: Timed | None) -> PlanOutcome:
-    """Search for a total from the plan without limits, or the fastest, and fly that more slowly where none is found."""
-    total, task = timing.total, search.task
-    shortest = Strategy(task, timing).run()
+def _without_limits(search: Strategy, first: FloatArray) -> Timed | MinsnapError | None:
+    """Return the plan of least cost without limits, for the price or the total of first durations; None without."""
+    task, timing, log = search.task, search.timing, search.watched.log
+    durations, run = cheapest_durations(task, timing, first, timing.time_weight)
+    log.steps = list(run.steps)
+    solved = attempted(solve, task, task.piece_durations(durations))
+    if isinstance(solved, SolvedTask):
+        return timed(solved, run)
+    return None if isinstance(solved, InfeasibleRowsError) else solved
+
+
+def _at_price(search: Strategy, price: float, free: Timed | None) -> PlanOutcome:
+    """Search for a price of time [1/s], from the plan without limits, flown as slowly as they ask for, or the shortest.
+
+    A shortest plan is returned where nothing cheaper is found.
+    """
+
+    def searched_from(plan: SolvedTask) -> SolvedTask | None:
+        slower = max(1.0, min(largest_use(search.limits, plan.flown), 10.0)) if search.task.still else 1.0
+        return search.solve(guess_of(plan.trajectory, search.task, significant(slower)), price).solved
+
+    solved = None if free is None else searched_from(free.solved)
+    if solved is None:
+        ended = search.watched.ended
+        if ended is not None:
+            return PlanOutcome(reason=ended)
+        shortest = search.run()
+        if shortest.planned is None:
+            return shortest
+        fastest = shortest.planned.solved
+        solved = (None if search.interrupted else searched_from(fastest)) or fastest
+    return PlanOutcome(timed(solved, search.found))
+
+
+def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
+    """Search for a total from the plan near the limits without them, and from the shortest; take the cheaper plan.
+
+    Where neither has one, what moves at its ends may be outside when flown so slowly: a search from the plan of the
+    total in the middle follows. Else the shortest plan itself is lengthened.
+    """
+    task, timing, total = search.task, search.timing, search.timing.total
+    shortest = search.run()
     if shortest.planned is None:
         return shortest
-    last, fastest = shortest.planned, shortest.planned.solved
-    if last.trajectory.duration * (1.0 - KEPT) > total:
+    fastest, least = shortest.planned.solved, shortest.planned.trajectory.duration
+    if least * (1.0 - KEPT) > total:
         return PlanOutcome(reason=shorter_than_found(total, fastest.trajectory.duration))
-    interrupted = last.interrupted or (free is not None and free.interrupted)
-    best, longer = (None, None) if interrupted else search.at_total(total, fastest if free is None else free.solved)
-    run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
-    found = None if best is None else _lengthened(task, best, timing, run)
-    if found is None and longer is not None:
-        found = _between(task, best or fastest, longer, timing, run)
-    return PlanOutcome(found) if found is not None else _stretched(task, fastest, timing, run)
+    ended = free is not None and free.interrupted
+
+    def searched_from(start: SolvedTask) -> SolvedTask | None:
+        return None if ended or search.interrupted else search.cheapest_of_total(start, total)
+
+    near = free is not None and largest_use(search.limits, free.trajectory) <= NEAR_FREE
+    starts = [free.solved, fastest] if free is not None and near else [fastest]
+    plans = [found for found in map(searched_from, starts) if found is not None]
+    if not plans and not (ended or search.interrupted):
+        middle = search.cheapest_of_total(fastest, significant(float(np.sqrt(least * total))))
+        last = None if middle is None else searched_from(middle)
+        plans = [] if last is None else [last]
+    run = Run(search.found.steps, ended or search.interrupted)
+    if plans:
+        return PlanOutcome(min((_cheaper(one, task, timing, run) for one in plans), key=lambda one: one.cost))
+    slower = _lengthened(task, fastest, timing, run)
+    return PlanOutcome(slower, None if slower else only_found(total, fastest.trajectory.duration))
 
 
-def _between(asked: Task, shorter: SolvedTask, longer: SolvedTask, timing: Timing, run: Run) -> Timed | None:
-    """Plan for a total in durations between those of a shorter and of a longer plan."""
-    low, high = shorter.trajectory.durations, longer.trajectory.durations
-    if len(low) != len(high):
-        return None
-    share = (timing.total - low.sum()) / (high.sum() - low.sum())
-    return searched_in_time(longer, asked, timing, low + share * (high - low), run)
+def _cheaper(found: SolvedTask, asked: Task, timing: Timing, run: Run) -> Timed:
+    """Return the plan of a search, or of least cost in its durations, with the limits as walls, where that costs less.
+
+    A search stands off from peaks between its instants as they are, and joins more derivatives than may be asked for.
+    """
+    task = replace(timing.bounded(asked), pieces=found.trajectory.pieces)
+    planned = plans_for(task, asked, timing, run, exact=True)(found.trajectory.durations, Effort.GLANCE)
+    whole = timed(found, run)
+    return whole if planned is None or planned.cost > whole.cost else planned
 
 
 def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
@@ -217,11 +253,10 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     """
     total, task, durations = timing.total, best.task, best.trajectory.durations
     factor = total / best.trajectory.duration
-    joins = best.task.joined_orders == asked.joined_orders  # a search joins k - 1 derivatives, whatever is asked for
-    if joins and (task.still or factor <= 1.0 + KEPT):
+    if task.still or factor <= 1.0 + KEPT:
         slower = timed(best, run, factor)
-        kept = keeps(timing.bounds, slower.trajectory)
-        return slower if kept else searched_in_time(best, asked, timing, factor * durations, run)
+        if keeps(timing.bounds, slower.trajectory):
+            return slower
     between = durations.copy()
     between[: task.pieces * (0 in task.moving)] = 0.0
     between[len(between) - task.pieces * (task.legs in task.moving) :] = 0.0
@@ -231,12 +266,6 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), task, timing, run, exact=True)
     planned = (plan(durations) or searched_in_time(best, task, timing, durations, run) for durations in tried)
     return next((one for one in planned if one is not None), None)
-
-
-def _stretched(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> PlanOutcome:
-    """Fly the shortest plan more slowly, or say that there is only that one."""
-    slower = _lengthened(task, fastest, timing, search)
-    return PlanOutcome(slower, None if slower else only_found(timing.total, fastest.trajectory.duration))
 
 
 def _cheapest(task: Task, timing: Timing, price: float | None, durations: FloatArray, search: Run) -> Timed | None:
@@ -354,99 +383,3 @@ def _pinned_at(waypoint: int, used: Utilisation) -> LimitError:
     at = used.fraction <= 1.0 + KEPT  # beyond it, what the state has is room enough
     room = 0.0 if not at else -LIMIT_ROOM if used.name == "min_thrust" else LIMIT_ROOM
     return pinned_beyond(waypoint, used, used.value * (1.0 + room), at)
-
-
-class LeastPriced:
-    """One search over the curve and its durations for the least cost within limits, for a price of time or for a total.
-
-    It begins from the plan of least cost without limits, which is returned where it keeps them; else from that curve,
-    flown as slowly as they ask for.
-
-    Parameters
-    ----------
-    task : Task
-        Without walls of limits.
-    timing : Timing
-    """
-
-    def __init__(self, task: Task, timing: Timing) -> None:
-        self.task, self.limits, self.timing = task, timing.bounds, timing
-        self.strategy = Strategy(task, timing)
-        self.log = self.strategy.watched.log
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether it was ended from outside."""
-        return self.strategy.interrupted
-
-    def priced(self, price: float, free: Timed) -> PlanOutcome:
-        """Return the plan of least cost and price of time [1/s], from the one without limits.
-
-        A search that was interrupted before it had a plan within the limits returns one beyond them.
-        """
-        if free.interrupted or keeps(self.limits, free.trajectory):
-            return PlanOutcome(free)
-        solved = self._from(free.solved, price)
-        if solved is None:
-            ended = self.strategy.watched.ended
-            return self.priced_from_shortest(price) if ended is None else PlanOutcome(reason=ended)
-        return PlanOutcome(timed(solved, Run(tuple(self.log.steps), self.interrupted)))
-
-    def priced_from_shortest(self, price: float) -> PlanOutcome:
-        """Return the same, searched from the shortest plan, or that plan where nothing cheaper is found."""
-        outcome = Strategy(self.task, self.timing).run()
-        shortest = outcome.planned
-        if shortest is None:
-            return outcome
-        solved = None if shortest.interrupted else self._from(shortest.solved, price)
-        run = Run((*shortest.steps, *self.log.steps), shortest.interrupted or self.interrupted)
-        return PlanOutcome(timed(solved or shortest.solved, run))
-
-    def at_total(self, total: float, free: SolvedTask) -> tuple[SolvedTask | None, SolvedTask | None]:
-        """Return the plans of least cost nearest to a total [s] that take less and more; None where there is none.
-
-        The price of time is changed until the plan for it takes that long: the logarithm of the time is about linear in
-        that of the price.
-        """
-        goal, slope = total * (1.0 - PRICES.below), -0.5 / self.task.half
-        price = balanced_price(free.trajectory, goal)
-        best: SolvedTask | None = None
-        longer: SolvedTask | None = None
-        solved, low, high, before = self._from(free, price), 0.0, np.inf, (np.nan, np.nan)
-        # Secant steps in logarithms between the prices that are known to be too low and too high; where one leads out
-        # of them, their middle. The goal is a little under the total, to which the plan is slowed in the end.
-        for _ in range(PRICES.rounds):
-            if solved is None or self.interrupted:
-                break
-            apart, place = float(np.log(solved.trajectory.duration / goal)), float(np.log(price))
-            if apart <= 0.0 and (best is None or solved.trajectory.duration > best.trajectory.duration):
-                best = solved
-            if apart > 0.0 and (longer is None or solved.trajectory.duration < longer.trajectory.duration):
-                longer = solved
-            if -PRICES.met <= apart <= 0.0:
-                break
-            low, high = (price, high) if apart > 0.0 else (low, price)
-            if place != before[0] and np.isfinite(before[0]):
-                slope = float(np.clip((apart - before[1]) / (place - before[0]), -1.0, -1e-3))
-            before = place, apart
-            price = float(
-                np.exp(np.clip(place - (apart + 0.5 * PRICES.met) / slope, place - PRICES.step, place + PRICES.step))
-            )
-            price = significant(price if low < price < high else float(np.sqrt(low * high)))
-            solved = self._from(solved, price)
-        return best, longer
-
-    def free(self, first: FloatArray | MinsnapError) -> Timed | MinsnapError | None:
-        """Return the plan of least cost without limits, for the price or the total of first durations; None without."""
-        if isinstance(first, MinsnapError):
-            return first
-        durations, run = cheapest_durations(self.task, self.timing, first, self.timing.time_weight)
-        self.log.steps = list(run.steps)
-        solved = attempted(solve, self.task, self.task.piece_durations(durations))
-        if isinstance(solved, SolvedTask):
-            return timed(solved, run)
-        return None if isinstance(solved, InfeasibleRowsError) else solved
-
-    def _from(self, plan: SolvedTask, price: float) -> SolvedTask | None:
-        slower = max(1.0, min(largest_use(self.limits, plan.flown), 10.0)) if self.task.still else 1.0
-        return self.strategy.solve(guess_of(plan.trajectory, self.task, significant(slower)), price).solved

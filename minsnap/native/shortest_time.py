@@ -136,6 +136,8 @@ class ShortestQuestion:
         Whether all durations stay those of the guess, for the least cost at a price.
     price : float
         Of a second, for the least sum of cost and price; 0 for the least time alone.
+    total : float
+        Of all durations, for the least cost; 0 where it is free [s].
     rough : bool
         Whether the curve is only one to begin another search from, which may be outside of walls and limits.
     guess : Guess or None
@@ -160,10 +162,16 @@ class ShortestQuestion:
     tightened: float = 0.0
     timed: bool = False
     price: float = 0.0
+    total: float = 0.0
     rough: bool = False
     guess: Guess | None = None
     turned: FloatArray | None = None
     turning: Turning | None = None
+
+    @property
+    def costs(self) -> bool:
+        """Whether the cost counts, alone or beside the time."""
+        return self.price > 0.0 or self.total > 0.0
 
     def same(self, other: ShortestQuestion) -> bool:
         """Whether another question is the same, and so its answer."""
@@ -308,7 +316,8 @@ def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve |
 def _log(question: ShortestQuestion, status: Status, iterations: int, total: float) -> None:
     """Log how a search ended; what it found is certified after it, and may be refused then."""
     begun = "from rest" if question.guess is None else f"from a curve of {question.guess.durations.sum():.6g} s"
-    aim = "durations as given" if question.timed else f"price {question.price:g}" if question.price else "least time"
+    aim = f"price {question.price:g}" if question.price else "least time"
+    aim = "durations as given" if question.timed else f"a total of {question.total:g} s" if question.total else aim
     pieces = " then ".join(map(str, question.parts)) or "its"
     found = f", {total:.6g} s" if status in (Status.DONE, Status.SPENT, Status.NO_PROGRESS) else ""
     text = "search (%s) of %d legs, pieces: %s, %s: %s after %d iterations%s"
@@ -319,7 +328,7 @@ _CURVE = ("durations", "points", "knots")
 """What an answer says of a curve."""
 
 
-_TAKEN = ("closed", "moving", "timed", "rough", "worthwhile", "inwards", "tightened", "price", "lengths")
+_TAKEN = ("closed", "moving", "timed", "rough", "worthwhile", "inwards", "tightened", "price", "total", "lengths")
 """What a request takes over from a question as it is."""
 
 

@@ -1,6 +1,7 @@
 """The least cost within limits, for a price of time or a total: the curve and its durations searched together."""
 
 import pytest
+from random_combinations import question
 from tasks import REFERENCE
 
 import minsnap
@@ -47,6 +48,37 @@ def test_limits_that_are_not_convex_are_kept_without_slowing_down():
     priced = minsnap.plan(REFERENCE, limits=TURNING, corridor=0.3, search=minsnap.Search(time_weight=1e3))
     check(priced, TURNING)
     assert priced.cost() + 1e3 * priced.duration <= 13_060.0
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"pieces": 3},
+        {"closed": True},
+        {"start": {"velocity": (1.0, 0.3, 0.0)}, "corridor": 0.5},
+        {"limits": TURNING},
+        {"waypoint_tolerance": 0.2},
+        {"degree": 9},
+    ],
+    ids=str,
+)
+def test_a_total_costs_what_its_price_does(more):
+    """The plan of a price costs the least of all plans of its duration."""
+    asked = {"limits": LIMITS, "corridor": 0.3} | more
+    priced = minsnap.plan(REFERENCE, search=minsnap.Search(time_weight=1e3), **asked)
+    order = (asked.get("degree", 7) + 1) // 2
+    path = minsnap.plan(REFERENCE, total_time=priced.duration, **asked)
+    assert path.duration == pytest.approx(priced.duration, rel=1e-12)
+    assert 0.99 * priced.cost(order) <= path.cost(order) <= 1.005 * priced.cost(order)
+
+
+@pytest.mark.slow
+def test_a_price_with_a_heading_along_the_velocity_is_paid_in_several_pieces():
+    """The search ended at 20,000 times this: differences of the cost were lost in rounding."""
+    asked, _ = question(2371)
+    path = minsnap.plan(**asked)
+    assert path.cost((asked["degree"] + 1) // 2) + asked["search"].time_weight * path.duration <= 1e3
 
 
 def test_limits_that_do_not_bind_change_nothing():

@@ -31,6 +31,7 @@ MINSNAP_RECORD(ShortestRequest, {
     const double *lengths;     // (legs,) of the legs, none very short [m]
     const double *norms;       // (4,) speed, acceleration, jerk, snap that a motion in any direction may reach; infinite where free
     double price;              // of a second, for least cost + price * time; 0 for least time alone
+    double total;              // of all durations, for the least cost; 0 where it is free [s]
     double slower;             // factor on time at which a guess is begun from
     std::int64_t guessed;      // pieces per leg of a guess; 0 for none
     const double *guess_durations, *guess_knots;  // (pieces,) [s], (pieces + 1, half, dim) [m/s^order]

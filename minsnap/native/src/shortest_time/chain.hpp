@@ -18,6 +18,7 @@ template <class S>
 struct Course {
     int legs = 0;
     bool closed = false, moving = false, timed = false;  // timed: durations stay as they are
+    double total = 0.0;                                  // of all durations, where it is given [s]
     const std::int64_t *free = nullptr;                  // (legs + 1, half, dim)
     const double *turned = nullptr;                      // (legs + 1, dim, dim)
 
@@ -65,6 +66,9 @@ public:
         for (int j = 0; j < (pieces + 1) * S::knot; ++j) w[j] = from.w[j];
     }
 
+    // Whether the time is given, so that the cost is what is minimised.
+    bool held() const { return course.timed || course.total > 0.0; }
+
     // Whether knots k of the search may move there.
     bool varies(int knot, int entry) const {
         if (course.closed && knot == pieces) knot = 0;
@@ -77,8 +81,9 @@ public:
         return sum;
     }
 
+    // Slow by a factor; where the total is given, come back to it.
     void slow(double factor) {
-        const double change = logarithm(factor);
+        const double change = logarithm(course.total > 0.0 ? course.total / total() : factor);
         for (int i = 0; i < pieces; ++i) sigma[i] += change;
     }
 

@@ -65,6 +65,8 @@ struct Instants {
     double control[ends][ends];                        // control points of the unit end derivatives
     static constexpr int grams = half < condition_orders ? condition_orders : half + 1;
     double gram[grams][packed];  // integrals of these products over the interval, of derivatives to the one of order half
+    double derived[half][ends];  // control points of the derivative of order half
+    double mass[half][half];     // integrals of products of Bernstein polynomials of their degree
 
     static double place(int g) { return static_cast<double>(g) / (count - 1); }
 
@@ -80,6 +82,7 @@ struct Instants {
         for (int m = 0; m < ends; ++m)
             for (int k = 0; k <= m; ++k) choose[m][k] = k == 0 || k == m ? 1.0 : choose[m - 1][k - 1] + choose[m - 1][k];
         for (int order = 0; order < grams; ++order) integrate(order);
+        derive();
     }
 
 private:
@@ -90,6 +93,24 @@ private:
             for (int k = 0; k < m; ++k) powers[m][k][g] = left * powers[m - 1][k][g];
             powers[m][m][g] = s * powers[m - 1][m - 1][g];
         }
+    }
+
+    void derive() {
+        double points[ends][ends];
+        control_map<half>(points);
+        for (int k = 0; k < half; ++k)
+            for (int j = 0; j + k + 1 < ends; ++j)
+                for (int a = 0; a < ends; ++a) points[j][a] = (ends - 1 - k) * (points[j + 1][a] - points[j][a]);
+        for (int j = 0; j < half; ++j)
+            for (int a = 0; a < ends; ++a) derived[j][a] = points[j][a];
+        double many = 1.0;  // of degree 2 half - 2, divided by the number of its polynomials
+        double row[2 * half - 1] = {1.0};
+        for (int k = 1; k <= 2 * half - 2; ++k) {
+            many *= (2.0 * half - 1.0 - k) / k;
+            row[k] = many;
+        }
+        for (int i = 0; i < half; ++i)
+            for (int j = 0; j < half; ++j) mass[i][j] = choose[half - 1][i] * choose[half - 1][j] / (row[i + j] * (2 * half - 1));
     }
 
     // By the composite rule of Gauss with two nodes: a metric need not be exact.

@@ -61,6 +61,7 @@ public:
         states_ = first_states_.data();
         trial_states_ = second_states_.data();
         smooth_ = evaluate(chain, states_, value_.data());
+        if (chain.course.total > 0.0) weigh_cost();
         start(gap, within ? Settings::leak : Settings::least_slack);
         list_awake();
         return true;
@@ -122,7 +123,7 @@ public:
             failed = 0;
             keep();
             if (shortened > (within ? 1 : 0)) damping = std::max(damping * Settings::damping_change, Settings::damping);
-            const double now = chain.course.timed ? smooth_ * objective.unit : chain.total(), gap = barrier_ * rows.regular,
+            const double now = chain.held() ? smooth_ * objective.unit : chain.total(), gap = barrier_ * rows.regular,
                          decrement = -newton_.slope() * std::max(1.0, damping);
             const bool free = damping <= Settings::held;  // a step that is held back says nothing about what is left to gain
             if (free) stalled = std::abs(now - former) < Settings::stalled * objective.unit ? stalled + 1 : 0;
@@ -130,6 +131,7 @@ public:
             const bool still = stalled >= Settings::stalls;
             if (barrier_ > hair * last) {  // far outside, a barrier that has fallen lets slacks cut every step short
                 if (!(decrement < Settings::centred * gap && infeasibility_ < allowed()) && !still) continue;
+                if (chain.course.total > 0.0) weigh_cost();
                 barrier_ = std::max(last, barrier_ * Settings::barrier_fall);
                 filter_.clear();
                 if (barrier_ * rows.regular < Settings::margin_gap && !within) freeze(grown > 0);
@@ -139,7 +141,8 @@ public:
             const bool there = decrement < gap || still;
             if (rough && there) return StageEnd::converged;
             if ((there && residual() < Settings::residual) || stalled > Settings::longest_stall) {
-                if (freeze(true) < Settings::grown || ++grown >= Settings::rounds) return StageEnd::converged;
+                const bool anew = chain.course.total > 0.0 && grown == 0;  // margins of peaks that are gone cost much near the least time
+                if ((freeze(!anew) < Settings::grown && !anew) || ++grown >= Settings::rounds) return StageEnd::converged;
                 barrier_ *= raised;
                 filter_.clear();
                 stalled = 0;
@@ -227,6 +230,22 @@ private:
 
     double allowed() const { return Settings::infeasibility * rows.regular; }
 
+    double cost() const {
+        double sum = 0.0;
+        for (int i = 0; i < chain.pieces; ++i) sum += objective.cost(states_[i].ends, rows.instants);
+        return sum;
+    }
+
+    // Let the cost as it is count as the total does; the barrier keeps its weight beside it.
+    void weigh_cost() {
+        constexpr double trifle = 1e-100;  // where nothing moves
+        const double price = std::max(cost() / chain.total(), trifle), change = price / objective.price;
+        objective.price = price;
+        barrier_ /= change;
+        for (int j = 0; j < rows.count; ++j) multiplier_[j] /= change;
+        smooth_ = evaluate(chain, states_, value_.data());
+    }
+
     // Values of all rows and the smooth objective.
     double evaluate(const Chain<S> &at, PieceState<S> *states, double *value) const {
         double sum = 0.0;
@@ -236,7 +255,7 @@ private:
                 at.ends(i, state.ends);
                 rows.jets(state.ends, state.ends.e, state.jets);
                 rows.values(at, i, state.ends, state.jets, value);
-                sum += objective.value(at, i, state.ends, rows.instants.gram);
+                sum += objective.value(at, i, state.ends, rows.instants);
             }
         });
         return sum;
@@ -347,6 +366,7 @@ private:
     void move(double share) {
         for (int i = 0; i < chain.pieces; ++i) trial_.sigma[i] = chain.sigma[i] + share * newton_.step_durations[i];
         for (int j = 0; j < (chain.pieces + 1) * S::knot; ++j) trial_.w[j] = chain.w[j] + share * newton_.step_knots[j];
+        if (chain.course.total > 0.0) trial_.slow(1.0);
     }
 
     void accept(double dual) {
@@ -410,12 +430,13 @@ private:
 
     // Keep the curve if it is inside, or as little slower, or nearer to the last one of as many pieces, as it must be. What is tried next is lost.
     void keep() {
+        if (chain.held()) return keep_cheapest();
         if (!chain.course.moving && objective.price == 0.0) return keep_slowed();
         if (anchor_.pieces != chain.pieces) anchor_.pieces = 0;
         const double total = chain.total(), before = anchor_.pieces > 0 ? anchor_.total() : Settings::slowest * total, share = rows.share;
         if (total >= Settings::shorter * before) return;
         if (share == 1.0 && is_inside(chain, states_, value_.data())) return take(chain);
-        if (!chain.course.moving || chain.course.timed || objective.price > 0.0 || --wait_ > 0) return;
+        if (!chain.course.moving || objective.price > 0.0 || --wait_ > 0) return;
         rows.ease(1.0);
         double low = 1.0, high = Settings::shorter * before / total;
         bool found = slowed(high);
@@ -427,6 +448,17 @@ private:
         rows.ease(share);
         failed_ = found ? 0 : std::min(failed_ + 1, Settings::longest_wait);
         wait_ = failed_;
+    }
+
+    // The same where the time is given: the curve of least cost.
+    void keep_cheapest() {
+        const double now = cost();
+        double wall, limit;
+        if (inside.pieces > 0 && now >= least_cost_) return;
+        excess_of(chain, states_, value_.data(), 0.0, wall, limit);
+        if (wall > 0.0 || limit > 0.0) return;
+        inside.copy(chain);
+        least_cost_ = now;
     }
 
     // The same where slower flight mends all limits, which are exceeded by little: a curve inside the walls, about as much slower as that takes.
@@ -488,6 +520,7 @@ private:
     double smooth_ = 0.0;                                        // the smooth objective at the chain
     double infeasibility_ = 0.0;                                 // sum of residuals there
     double barrier_ = 0.0;
+    double least_cost_ = 0.0;  // of what is kept where the time is given
     Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_,
         frozen_;
     Buffer<int> groups_;  // first rows of the groups that are awake

@@ -56,6 +56,24 @@ struct PieceModel {
         own += power * power * value;
     }
 
+    // Add a multiple of half the integral of the squared derivative of order half, where the multiple goes as T^power.
+    void add_cost(const Instants<S::half, S::instants> &tables, const double *e, double weight, double power) {
+        const TopDerivative<S> top(e, tables);
+        const double value = 0.5 * weight * top.square;
+        for (int a = 0; a < S::ends; ++a)
+            for (int c = 0; c < S::dim; ++c) {
+                const int r = a * S::dim + c;
+                const double slope = weight * top.slope(tables, a, c);
+                for (int b = 0; b < S::ends; ++b)
+                    whole[r][b * S::dim + c] += weight * tables.gram[S::half][a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a];
+                gradient[r] += slope;
+                force[r] += slope;
+                cross[r] += power * slope;
+            }
+        own_gradient += power * value;
+        own += power * power * value;
+    }
+
 private:
     static MINSNAP_INLINE void add_conditions(const Rows<S> &rows, int leg, const typename Rows<S>::Jets &jet, const RowWeights &weights,
                                               int &row, InstantSums<S> &sums) {

@@ -13,13 +13,14 @@ template <class S>
 class NewtonSystem {
 public:
     int size = 0;
-    Buffer<double> gradient, step;              // (size,)
+    Buffer<double> gradient, step, lengthened;  // (size,); lengthened: of the total, by every unknown
     Buffer<double> step_durations, step_knots;  // (pieces,), (pieces + 1, half, dim)
 
     [[nodiscard]] bool allocate(int pieces) {
         const int most = (pieces + 1) * S::block;
         return hessian_.allocate(most, S::block + 1) && metric_.allocate(most, S::block + 1) && factor_.allocate(most, S::block + 1) &&
-               gradient.allocate(most) && step.allocate(most) && step_durations.allocate(pieces) && step_knots.allocate(most);
+               gradient.allocate(most) && step.allocate(most) && lengthened.allocate(most) && step_durations.allocate(pieces) &&
+               step_knots.allocate(most);
     }
 
     void lay_out(const Chain<S> &chain) {
@@ -46,6 +47,7 @@ public:
                 if (!solved) return;
                 for (int k = 0; k < size; ++k) step[k] = -gradient[k];
                 factor_.solve(step.data());
+                if (chain.course.total > 0.0) keep_total(chain);
                 spread(chain);
             });
             if (solved) return true;
@@ -71,8 +73,7 @@ private:
             const PieceEnds<S> &piece = states[i].ends;
             PieceModel<S> model(rows, chain, i, states[i], weights);
             model.add_square(rows.instants.gram[objective.smoothed], piece.e, objective.smoothing(piece), objective.smoothing_power);
-            if (objective.price > 0.0)
-                model.add_square(rows.instants.gram[S::half], piece.e, objective.costing(piece), objective.costing_power);
+            if (objective.price > 0.0) model.add_cost(rows.instants, piece.e, objective.costing(piece), objective.costing_power);
             model.own_gradient += piece.duration / objective.unit;
             model.own += piece.duration / objective.unit;
             int place[S::local];
@@ -88,6 +89,33 @@ private:
             metric_.hold(place);
             gradient[place] = 0.0;
         }
+        if (chain.course.total > 0.0) add_total(chain, objective, states);
+    }
+
+    // Steps keep the total to first order, and all durations are scaled back to it afterwards: what that changes to second order is the
+    // slope of the merit along it, times the durations. Where it is steeper than time is worth, less of it keeps the matrix positive definite.
+    void add_total(const Chain<S> &chain, const TimeObjective<S> &objective, const PieceState<S> *states) {
+        double pull = 0.0;
+        for (int i = 0; i < chain.pieces; ++i) pull += gradient[duration_place(chain, i)];
+        for (int i = 0; i < chain.pieces; ++i) {
+            const int place = duration_place(chain, i);
+            hessian_.add(place, place, -std::min(pull / chain.course.total, 1.0 / objective.unit) * states[i].ends.duration);
+        }
+    }
+
+    // Take out of a step what changes the total.
+    void keep_total(const Chain<S> &chain) {
+        for (int k = 0; k < size; ++k) lengthened[k] = 0.0;
+        for (int i = 0; i < chain.pieces; ++i) lengthened[duration_place(chain, i)] = exponential(chain.sigma[i]);
+        factor_.solve(lengthened.data());
+        double along = 0.0, across = 0.0;
+        for (int i = 0; i < chain.pieces; ++i) {
+            const int place = duration_place(chain, i);
+            const double duration = exponential(chain.sigma[i]);
+            along += duration * step[place];
+            across += duration * lengthened[place];
+        }
+        for (int k = 0; k < size; ++k) step[k] -= along / across * lengthened[k];
     }
 
     static bool moves(const Chain<S> &chain, int knot) {

@@ -23,6 +23,7 @@ struct ShortestSettings {
     static constexpr double softer_gap = 0.03;               // at which a search with softer limits ends, from whose curve another begins
     static constexpr double rough_gap = 0.01;                // at which a stage ends from whose curve another stage begins
     static constexpr double last_gap = 3e-4;                 // of the last stage: time lost is below that share
+    static constexpr double held_gap = 3e-5;                 // the same where the time is given: cost lost
     static constexpr double barrier_fall = 0.2;              // factor on the barrier
     static constexpr double centred = 0.3;                   // decrement below which the barrier falls, relative to its gap
     static constexpr double margin_gap = 0.5;                // below which leaks become margins

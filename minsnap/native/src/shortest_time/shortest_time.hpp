@@ -34,6 +34,7 @@ private:
                         request_.closed != 0,
                         request_.moving != 0,
                         request_.timed != 0,
+                        request_.total,
                         request_.free,
                         request_.turned};
         chain.pieces = static_cast<int>(request_.legs);
@@ -48,7 +49,7 @@ private:
         }
         for (int q = 0; q < 3; ++q) point_.objective.sizes[q] = std::min(request_.norms[q], peaks[q] * sizes[q]);
         for (int j = 0; j < (chain.pieces + 1) * S::knot; ++j) chain.w[j] = request_.pinned[j];
-        point_.objective.price = request_.price;
+        point_.objective.price = request_.total > 0.0 ? 1.0 : request_.price;
         if (request_.guessed > 0)
             guess();
         else
@@ -90,7 +91,7 @@ private:
     // on it is so on its ramps, not on its average. A price brings its own smoothness, and limits at instants bind where a curve is rough.
     double cruising() const {
         constexpr double infinite = 1e300;
-        if (request_.limits > 0 || request_.price > 0.0 || request_.norms[0] >= infinite) return infinite;
+        if (request_.limits > 0 || costs() || request_.norms[0] >= infinite) return infinite;
         double duration = 0.0;
         for (int q = 2; q <= condition_orders - 1; ++q)
             if (request_.norms[q - 1] < infinite)
@@ -117,7 +118,7 @@ private:
         return point_.begin(first_gap()) ? divided(false) : StageEnd::no_memory;
     }
 
-    bool eases() const { return request_.guessed == 0 && request_.rough == 0 && request_.price == 0.0 && point_.rows.turns_hard(); }
+    bool eases() const { return request_.guessed == 0 && request_.rough == 0 && !costs() && point_.rows.turns_hard(); }
 
     // From rest with a body that is easy to turn, inside all rows at every step; then its own, more slowly until it is inside again.
     StageEnd eased() {
@@ -143,18 +144,23 @@ private:
         return false;
     }
 
+    // Whether the cost counts.
+    bool costs() const { return request_.price > 0.0 || request_.total > 0.0; }
+
+    double last_gap() const { return point_.chain.course.total > 0.0 ? Settings::held_gap : Settings::last_gap; }
+
     double first_gap() const { return request_.guessed > 0 ? Settings::divided_gap : Settings::first_gap; }
 
     // Search, divide and search again; stages that others follow end roughly. A curve that was eased is divided at once.
     StageEnd divided(bool eased) {
         constexpr double infinite = 1e300;  // a time that is not known: any other is worth more
         const bool once = request_.divisions == 1, guessed = request_.guessed > 0, rough = once && !guessed && !eased;
-        for (int k = 0; !request_.timed && k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
+        for (int k = 0; !point_.chain.held() && k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
             point_.chain.slow(Settings::slowed);
             prepare();
             if (!point_.begin(first_gap())) return StageEnd::no_memory;
         }
-        const bool whole = guessed && request_.divisions == 0 && request_.price == 0.0, swift = request_.slower == 1.0;
+        const bool whole = guessed && request_.divisions == 0 && !costs(), swift = request_.slower == 1.0;
         const bool alike = whole && swift && request_.moving != 0;  // to what was searched
         if (alike && std::abs(point_.largest()) < Settings::touched) point_.start(Settings::touched_gap, Settings::touched_slack);
         if (request_.rough != 0) return point_.run(Settings::softer_gap, true);
@@ -174,7 +180,7 @@ private:
             if (!point_.begin(eased && k == 0 ? Settings::first_gap : Settings::divided_gap)) return StageEnd::no_memory;
             if (rough || k + 1 < request_.divisions) end = point_.run(Settings::rough_gap, true);
         }
-        if (!rough && end != StageEnd::stopped) end = point_.run(Settings::last_gap);
+        if (!rough && end != StageEnd::stopped) end = point_.run(last_gap());
         const bool whole_way = eased || (guessed && point_.rows.turns_hard());  // searched once: a second time gains little there
         return once && !whole_way && end != StageEnd::stopped ? polished(end, rough) : end;
     }
@@ -186,17 +192,21 @@ private:
         best_.copy(point_.chain);
         point_.chain.slow(Settings::eased);
         if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
-        const StageEnd again = point_.run(Settings::last_gap);
+        const StageEnd again = point_.run(last_gap());
         if (again == StageEnd::stopped || (again == StageEnd::converged && point_.chain.total() <= as_good * before)) return again;
         point_.chain.copy(best_);
-        if (!point_.begin(rough ? Settings::rough_gap : Settings::last_gap)) return StageEnd::no_memory;
-        return rough ? point_.run(Settings::last_gap) : end;
+        if (!point_.begin(rough ? Settings::rough_gap : last_gap())) return StageEnd::no_memory;
+        return rough ? point_.run(last_gap()) : end;
     }
 
     // Bring the curve inside at true peaks: walls move inwards, and limits where time may not be scaled.
     Status finished(StageEnd end, ShortestAnswer &answer) {
         if (end == StageEnd::no_memory) return Status::no_memory;
         if (end == StageEnd::stopped) return stopped(answer);
+        if (end == StageEnd::stuck && point_.chain.held() && point_.inside.pieces > 0) {
+            point_.chain.copy(point_.inside);
+            end = point_.begin(last_gap()) ? StageEnd::converged : StageEnd::no_memory;
+        }
         if (end == StageEnd::stuck) return given_up(answer);
         if (request_.rough != 0) {
             write(answer);
@@ -210,8 +220,8 @@ private:
             if (answer.wall > 1.0 || answer.limit > 1.0) return given_up(answer);
             if (answer.wall > Settings::leak) point_.rows.wall_margin += enough * answer.wall + 10.0 * Settings::leak;
             if (fast) point_.rows.limit_margin += enough * answer.limit + 10.0 * Settings::leak;
-            point_.resume(Settings::last_gap);
-            if (point_.run(Settings::last_gap) == StageEnd::stopped) return stopped(answer);
+            point_.resume(last_gap());
+            if (point_.run(last_gap()) == StageEnd::stopped) return stopped(answer);
         }
         write(answer);
         return answer.wall <= 1e-6 ? Status::done : Status::no_progress;
@@ -230,7 +240,7 @@ private:
         Chain<S> &chain = point_.chain, &inside = point_.inside;
         const bool scales = request_.moving == 0, kept = wall <= Settings::leak && (scales || limit <= Settings::leak);
         const double total = chain.total() * (scales ? 1.0 + std::max(limit, 0.0) : 1.0);
-        if (inside.pieces > 0 && !(kept && (total <= inside.total() || request_.price > 0.0))) chain.copy(inside);
+        if (inside.pieces > 0 && !(kept && (total <= inside.total() || costs()))) chain.copy(inside);
         write(answer);
         return Status::spent;
     }
