@@ -106,8 +106,6 @@ class StrategySettings:
         How often is searched until a curve can be certified.
     inward_factor : float
         Factor on the share by which walls are moved inwards, where a curve is outside.
-    use_without_end : float
-        Use of limits up to which a curve counts whose search found no end.
     seen_excess : float
         Relative excess of a limit up to which the search has seen it; beyond, it is not repeated.
     tightening : float
@@ -139,7 +137,6 @@ class StrategySettings:
     slower_parts: tuple[float, ...] = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
     searches: int = 3
     inward_factor: float = 10.0
-    use_without_end: float = 1.1
     seen_excess: float = 0.05
     tightening: float = 2.0
     longer_factors: tuple[float, ...] = (1.01, 1.03, 1.06, 1.1)
@@ -448,8 +445,6 @@ class Strategy:
     def _certified(self, question: ShortestQuestion, limits: Limits, slower_share: float) -> Attempt:
         """Return a certified plan; none where the search has no curve, or none that can be certified nearby.
 
-        A search along the velocity that finds no end leaves a curve near its limits: that is flown more slowly.
-
         Parameters
         ----------
         question : ShortestQuestion
@@ -462,7 +457,6 @@ class Strategy:
         found, inside = NOTHING, False
         # Each round repairs what the last one missed: a curve outside a wall moves the walls inwards, an excess between
         # the instants of the search tightens the limits, and what kept all ends the loop.
-        takes_unended = self._follows and self.task.still and not question.costs
         with self.watched.interruptible():
             searches, turnings, best = 0, 0, np.inf
             while searches < SETTINGS.searches:
@@ -476,7 +470,7 @@ class Strategy:
                 if not curve.durations.max() <= LONGEST_PIECE:
                     break
                 solved = solved_at(self.task, curve)
-                if not curve.kept and not (takes_unended and self._nearly_kept(solved, limits)):
+                if not curve.kept:
                     break
                 if not solved.inside:
                     inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
@@ -484,14 +478,12 @@ class Strategy:
                     continue
                 inside = True
                 fastest = min(found.fastest, float(curve.durations.sum())) if limits is self.limits else np.inf
-                found = replace(found, curve=curve, fastest=fastest if curve.kept else found.fastest)
-                if not curve.kept:
-                    break
+                found = replace(found, curve=curve, fastest=fastest)
                 ended = or_reason(partial(self._within, solved, curve, question, limits, slower_share))
                 if not isinstance(ended, tuple):
                     return replace(found, reason=ended)
                 kept, excess = ended
-                found = replace(found, solved=shorter(found.solved, kept))
+                found = found.then(Attempt(kept, stands_in=curve.restored))
                 flown = np.inf if kept is None else kept.flown.duration
                 gains, best = kept is None or flown < (1.0 - SETTINGS.worth_turning) * best, min(best, flown)
                 goes_on = gains and turnings < SETTINGS.turnings and not curve.stopped
@@ -515,10 +507,6 @@ class Strategy:
             return None
         guess = guess_of(solved.trajectory, solved.task)
         return with_rates(question, limits, self._heading, turning=turning, guess=guess, parts=())
-
-    def _nearly_kept(self, solved: SolvedTask, limits: Limits) -> bool:
-        """Whether a curve whose search found no end is near enough to its limits to be flown more slowly."""
-        return largest_use(limits, solved.flown, proved=False) <= SETTINGS.use_without_end
 
     def _spare(self, found: Attempt) -> Attempt:
         """Certify the shortest curve that any search came by on its way, if it is shorter than what is found."""

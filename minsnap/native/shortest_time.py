@@ -214,6 +214,8 @@ class ShortestCurve:
         Whether it converged to a curve inside all walls.
     slack : float
         How far inside its bound the most used limit of the search is, in widths.
+    restored : bool
+        Whether the search had no end of its own, so that it may be far from the best.
     knots : ndarray, shape (pieces + 1, k, dim)
         Derivatives, of a curve that was searched [m/s^order].
     inside : ShortestCurve or None
@@ -226,6 +228,7 @@ class ShortestCurve:
     stopped: bool
     kept: bool
     slack: float = 0.0
+    restored: bool = False
     knots: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 0)))
     inside: ShortestCurve | None = None
 
@@ -302,15 +305,16 @@ def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve |
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
 
-    def curve(rooms: tuple[FloatArray, ...], pieces: int, stopped: bool, kept: bool, slack: float) -> ShortestCurve:
+    def curve(rooms: tuple[FloatArray, ...], pieces: int, stopped: bool, kept: bool, **others: Any) -> ShortestCurve:
         durations, points, knots = rooms
         count = pieces * (waypoints - 1)
         if count < most or more:
             durations, points, knots = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
-        return ShortestCurve(durations, points, answer.iterations, stopped, kept, slack, knots)
+        return ShortestCurve(durations, points, answer.iterations, stopped, kept, knots=knots, **others)
 
-    ended = curve(last, answer.pieces, status is Status.SPENT, status is not Status.NO_PROGRESS, -answer.limit)
-    return replace(ended, inside=curve(inside, answer.inside, True, True, 0.0)) if answer.inside else ended
+    others = {"slack": -answer.limit, "restored": bool(answer.restored)}
+    ended = curve(last, answer.pieces, status is Status.SPENT, status is not Status.NO_PROGRESS, **others)
+    return replace(ended, inside=curve(inside, answer.inside, True, True)) if answer.inside else ended
 
 
 def _log(question: ShortestQuestion, status: Status, iterations: int, total: float) -> None:

@@ -672,7 +672,10 @@ void ShortestPlan::certified(Question question, Attempt &found) {
         }
         seen = true;
         double excess = 0.0;
-        if (within(question, curve, excess, found.unlimited)) return found.solved.swap(curve);
+        if (within(question, curve, excess, found.unlimited)) {
+            found.stands_in = answer_.restored != 0;
+            return found.solved.swap(curve);
+        }
         if (found.unlimited || stopped_ || excess > P::seen) return;
         question.tightened += P::enough * excess;
     }

@@ -63,6 +63,7 @@ MINSNAP_RECORD(ShortestAnswer, {
     double *durations;                // room for (legs * product of parts,) [s]
     double *points;                   // room for (pieces, 2 half, dim) control points [m]
     double *knots;                    // room for (pieces + 1, half, dim) derivatives [m/s^order]
+    std::int64_t restored;            // whether it had no end of its own: what is found may be far from the best
     std::int64_t inside;              // pieces per leg of the shortest curve inside that the search came by; 0 for none
     double *inside_durations, *inside_points, *inside_knots;  // that curve, or null where it is not asked for
 });

@@ -50,8 +50,10 @@ public:
                sum_.allocate(per_leg * S::instants);
     }
 
+    // By the values of rows; without them every piece into equal parts, which leaves the curve as it is.
     void find(const Rows<S> &rows, const Chain<S> &chain, const double *value, int leg, int parts) {
         if (chain.per_leg == 1) return part(parts);
+        if (value == nullptr) return halve(chain, leg, parts);
         gather(rows, chain, value, leg);
         const bool ramps = !rows.turns_hard();  // a body that turns hard does not reach its limits on ramps
         const bool first = ramps && sharp(chain, leg, parts), last = ramps && sharp(chain, leg + 1, parts);
@@ -82,6 +84,17 @@ private:
         cuts[0] = 0.0;
         for (int k = 0; k < parts; ++k) {
             shares[k] = k == 0 || k + 1 == parts ? end : middle;
+            cuts[k + 1] = cuts[k] + shares[k];
+        }
+    }
+
+    void halve(const Chain<S> &chain, int leg, int parts) {
+        const int per = chain.per_leg, each = parts / per;
+        double total = 0.0;
+        for (int k = 0; k < per; ++k) total += exponential(chain.sigma[leg * per + k]);
+        cuts[0] = 0.0;
+        for (int k = 0; k < parts; ++k) {
+            shares[k] = exponential(chain.sigma[leg * per + k / each]) / (total * each);
             cuts[k + 1] = cuts[k] + shares[k];
         }
     }
@@ -125,7 +138,7 @@ private:
     int count_ = 0;
 };
 
-// Cut every leg of `coarse`, whose rows have these values, into so many times its pieces; `fine` has room for them.
+// Cut every leg of `coarse`, whose rows have these values if they are given, into so many times its pieces; `fine` has room for them.
 template <class S>
 [[nodiscard]] bool divide(const Rows<S> &rows, const double *value, const Chain<S> &coarse, int parts, Chain<S> &fine) {
     const int per = coarse.per_leg, many = per * parts;

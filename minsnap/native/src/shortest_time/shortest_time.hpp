@@ -23,7 +23,10 @@ public:
         if (!point_.allocate(pieces) || !best_.allocate(pieces)) return Status::no_memory;
         if (!point_.rows.build(request_) || !point_.rows.floor.allocate(pieces)) return Status::no_memory;
         begin();
-        return finished(stages(), answer);
+        StageEnd end = stages();
+        answer.restored = end == StageEnd::stuck;
+        if (end == StageEnd::stuck) end = restored();
+        return finished(end, answer);
     }
 
 private:
@@ -142,6 +145,30 @@ private:
             point_.chain.slow(factor);
         }
         return false;
+    }
+
+    // Where the search has no end: on from the shortest curve inside that it came by, divided step by step, inside all rows first and then as usual.
+    StageEnd restored() {
+        Chain<S> &chain = point_.chain, &inside = point_.inside;
+        if (inside.pieces == 0 || request_.rough != 0 || chain.held() || costs()) return StageEnd::stuck;
+        StageEnd end = StageEnd::stuck;
+        int pieces = static_cast<int>(std::max<std::int64_t>(request_.guessed, 1));
+        for (std::int64_t k = 0; k <= request_.divisions && end != StageEnd::stopped; ++k) {
+            if (k > 0) pieces *= static_cast<int>(request_.parts[k - 1]);
+            if (pieces < inside.per_leg || (pieces == 1 && request_.divisions > 0)) continue;
+            if (!divide(point_.rows, nullptr, inside, pieces / inside.per_leg, chain)) return StageEnd::no_memory;
+            prepare();
+            point_.within = true;
+            if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
+            if (point_.largest() < 0.0) end = point_.run(Settings::coarse_gap, true);
+            point_.within = false;
+            if (end == StageEnd::stopped) return end;
+            if (!point_.begin(Settings::coarse_gap)) return StageEnd::no_memory;
+            const bool last = k == request_.divisions;
+            end = point_.run(last ? Settings::last_gap : Settings::rough_gap, !last);
+        }
+        if (end == StageEnd::stuck) chain.copy(inside);
+        return end;
     }
 
     // Whether the cost counts.
