@@ -95,7 +95,8 @@ def test_where_work_ends_a_search_of_many_pieces_one_is_searched(pieces):
     """It flew 8.95 and 7.38 s, and one piece a leg 5.04."""
     asked = question(2058)[0]
     one, many = (minsnap.plan(**asked | {"pieces": number}) for number in (1, pieces))
-    assert many.report.interrupted and many.duration <= one.duration * (1.0 + 1e-4)
+    assert many.duration <= one.duration * (1.0 + 1e-4)
+    assert pieces == "auto" or many.report.interrupted
 
 
 def handlers(path):
