@@ -150,7 +150,7 @@ private:
     // Where the search has no end: on from the shortest curve inside that it came by, divided step by step, inside all rows first and then as usual.
     StageEnd restored() {
         Chain<S> &chain = point_.chain, &inside = point_.inside;
-        if (inside.pieces == 0 || request_.rough != 0 || chain.held() || costs()) return StageEnd::stuck;
+        if (inside.pieces == 0 || request_.rough != 0 || request_.timed != 0 || request_.price > 0.0) return StageEnd::stuck;
         StageEnd end = StageEnd::stuck;
         int pieces = static_cast<int>(std::max<std::int64_t>(request_.guessed, 1));
         for (std::int64_t k = 0; k <= request_.divisions && end != StageEnd::stopped; ++k) {
