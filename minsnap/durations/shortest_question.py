@@ -1,9 +1,10 @@
 """What the native search for the shortest time is asked: waypoints, walls and limits of a task in its form.
 
 The functions of limits on several derivatives at an instant stand in ``src/shortest_time/instant_limits.hpp``.  Where
-the yaw is known, the thrust of each rotor is computed.  Else a bound on the largest one is used, which holds for any
-heading of a body that does not spin about its thrust: the mean thrust, the most that a rotor adds for the torque about
-horizontal axes, and the most for the torque about the thrust axis that unequal inertias ask for.
+the yaw is known, constant or held as it turns (``Turning``), the thrust of each rotor is computed.  Else a bound on the
+largest one is used, which holds for any heading of a body that does not spin about its thrust: the mean thrust, the
+most that a rotor adds for the torque about horizontal axes, and the most for the torque about the thrust axis that
+unequal inertias ask for.
 """
 
 from __future__ import annotations
@@ -272,6 +273,8 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray,
         Of any curve of the task.
     lengths : ndarray, shape (legs,)
         Of the legs, none very short [m].
+    held : bool
+        Whether the search holds a yaw that turns.
     """
     medium = limits.medium
     share = 1.0 - VEHICLE_USE.margin if medium.drags else 1.0

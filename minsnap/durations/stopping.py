@@ -77,7 +77,7 @@ class Stopping:
     def _scales(self) -> tuple[float, float, float]:
         """A large speed and acceleration here, and the time that stopping takes with it."""
         speed, acceleration = typical(self._state, self.limits)
-        moving = hypot(*self._state[1]) + 0.3 * hypot(*self._state[2])
+        moving = hypot(*self._state[1]) + 0.3 * hypot(*self._state[2:3].ravel())
         return speed, acceleration, max(moving / acceleration, STOPS.briefest)
 
     @cached_property

@@ -243,7 +243,7 @@ class Strategy:
         """
         guess = None if first is None else guess_of(first, self.task)
         found = self._next(NOTHING, lambda nothing: self.solve(guess))
-        if found.solved is None and self.limits.yaw_rate is not None and not self._turns:
+        if found.solved is None and self.limits.yaw_rate is not None and not (self._turns or self.interrupted):
             found = replace(found, reason=found.reason or self._spins())
         if found.solved is None and not self._veers:
             found = self._next(found, self._in_longer_durations)
@@ -784,7 +784,8 @@ class Strategy:
             return next(one for one in self.limits.utilisation(self._straight(times).flown) if one.name == "yaw_rate")
 
         used = turns(self.times)
-        slower = turns(self.times * used.fraction) if used.fraction > 1.0 + KEPT else used
+        longer = self.times * used.fraction
+        slower = turns(longer) if used.fraction > 1.0 + KEPT and longer.max() <= LONGEST else used
         return yaw_too_fast(slower) if slower.fraction > 1.0 + KEPT else None
 
     def _exceeded(self) -> Utilisation | None:

@@ -11,6 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.deadline import Deadline
 from minsnap.basics.limit_kinds import KIND
+from minsnap.durations.connector import pinned_use
 from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.longer_times import RESERVES
@@ -74,7 +75,10 @@ def at_rest_everywhere(task: Task, timing: Timing) -> Timed | None:
             return None
         ways = EndConnectors(from_end(task, stop), stop)
     rest = if_possible(lambda: Strategy(ways.task, timing).resting)
-    return None if rest is None else ways.around(PlanOutcome(timed(rest)), timing.bounds).planned
+    whole = None if rest is None else ways.around(PlanOutcome(timed(rest)), timing.bounds).planned
+    # The stop was found without its heading, which may ask the rotors for more.
+    beyond = pinned_use(task, timing.bounds) > 1.0
+    return whole if whole is None or beyond or keeps(timing.bounds, whole.trajectory) else None
 
 
 def _searchable(task: Task, limits: Limits) -> bool:

@@ -81,7 +81,7 @@ class Turning:
         """
         if self.points is None or other.points is None or self.clock > 0.0:
             return False
-        return bool(np.abs(self.points - other.points).max() <= angle)
+        return bool(np.abs(self.points - other.points).max() <= angle) and alike(self.follows, other.follows)
 
 
 @dataclass(frozen=True, eq=False)

@@ -424,6 +424,16 @@ def test_a_search_that_goes_on_from_a_curve_inside_has_an_end_with_more_pieces()
     assert path.duration <= 3.44
 
 
+def test_a_heading_along_the_velocity_turns_with_steps_that_take_longer():
+    """Rows knew no change of such a heading where a step made a piece longer: 5.10 s, of no search's own."""
+    draw = np.random.default_rng(3)
+    points = np.cumsum(draw.normal(size=(int(draw.integers(2, 5)) + 1, 3)) * (2.0, 2.0, 0.5), axis=0)
+    limits = Limits.of(Quadrotor.dji_f330(), speed=4.0, yaw_rate=2.0)
+    path = minsnap.plan(points, limits=limits, yaw="velocity", pieces=1)
+    assert minsnap.certify(path, points, limits=limits).ok
+    assert path.duration <= 3.2
+
+
 @pytest.mark.parametrize("seed", [7000172, 7001025, 7001082])
 def test_the_shortest_of_all_plans_in_place_of_a_search_is_taken(seed):
     """The first was: 1.629, 2.363 and 1.228 s, of one piece a leg, of rest at its waypoints, and of held durations."""

@@ -148,3 +148,10 @@ def test_no_stop_is_looked_for_once_the_time_is_over(flown):
     assert not ended[0] and ended[-1] and ended == sorted(ended)
     with pytest.raises(LateError):
         Stopping(found.task, LIMITS, Deadline(-1.0, lambda: 0.0)).aside()
+
+
+def test_a_cubic_that_cannot_stop_is_refused_in_a_sentence():
+    """A state of a cubic pins no acceleration: it ended in an IndexError."""
+    asked = {"degree": 3, "start": {"velocity": (1.0, 0.0, 0.0)}, "corridor": 0.01}
+    with pytest.raises(minsnap.MinsnapError):
+        minsnap.plan([(0, 0, 1), (0.2, 0.1, 1)], limits=minsnap.Limits(speed=4.0, acceleration=1.0), **asked)

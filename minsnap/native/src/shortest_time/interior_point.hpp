@@ -61,7 +61,10 @@ public:
         states_ = first_states_.data();
         trial_states_ = second_states_.data();
         smooth_ = evaluate(chain, states_, value_.data());
-        if (chain.course.total > 0.0) weigh_cost();
+        if (chain.course.total > 0.0) {
+            objective.price = price_of_cost();
+            smooth_ = evaluate(chain, states_, value_.data());
+        }
         start(gap, within ? Settings::leak : Settings::least_slack);
         list_awake();
         return true;
@@ -236,10 +239,15 @@ private:
         return sum;
     }
 
+    // The price of a second at which the cost as it is counts as the total does.
+    double price_of_cost() const {
+        constexpr double trifle = 1e-100;  // where nothing moves
+        return std::max(cost() / chain.total(), trifle);
+    }
+
     // Let the cost as it is count as the total does; the barrier keeps its weight beside it.
     void weigh_cost() {
-        constexpr double trifle = 1e-100;  // where nothing moves
-        const double price = std::max(cost() / chain.total(), trifle), change = price / objective.price;
+        const double price = price_of_cost(), change = price / objective.price;
         objective.price = price;
         barrier_ /= change;
         for (int j = 0; j < rows.count; ++j) multiplier_[j] /= change;

@@ -273,6 +273,7 @@ public:
                 inputs(limit, i, inverse, moved, g, step);
                 for (int n = 0; n < limit.inputs(); ++n) step[n] -= limit.order(n) * own * u[n];
                 for (int n = limit.inputs(); n < limit.given(); ++n) step[n] = -limit.order(n) * own * u[n];
+                if (limit.headed()) step[limit.given() - 1] = u[limit.given() - 1];  // whether it follows, which no step changes
                 if (limit.follows()) follow(step, step + limit.inputs());
                 limit.slopes(u, step, out);
                 for (int f = 0; f < limit.functions; ++f) put_four(slope + f * count_at + g, out[f]);

@@ -209,7 +209,7 @@ private:
         }
         if (!rough && end != StageEnd::stopped) end = point_.run(last_gap());
         const bool whole_way = eased || (guessed && point_.rows.turns_hard());  // searched once: a second time gains little there
-        return once && !whole_way && end != StageEnd::stopped ? polished(end, rough) : end;
+        return once && !whole_way && !point_.chain.held() && end != StageEnd::stopped ? polished(end, rough) : end;
     }
 
     // Search on from the same curve flown a little more slowly, as valleys are flat with several pieces; where that finds no shorter one, take or end the first.
@@ -232,7 +232,8 @@ private:
         if (end == StageEnd::stopped) return stopped(answer);
         if (end == StageEnd::stuck && point_.chain.held() && point_.inside.pieces > 0) {
             point_.chain.copy(point_.inside);
-            end = point_.begin(last_gap()) ? StageEnd::converged : StageEnd::no_memory;
+            if (!point_.begin(last_gap())) return Status::no_memory;
+            end = StageEnd::converged;
         }
         if (end == StageEnd::stuck) return given_up(answer);
         if (request_.rough != 0) {
