@@ -1,7 +1,7 @@
 """What the native search for the shortest time is asked: waypoints, walls and limits of a task in its form.
 
 The functions of limits on several derivatives at an instant stand in ``src/shortest_time/instant_limits.hpp``.  Where
-the yaw is known, constant or held as it turns (``Turning``), the thrust of each rotor is computed.  Else a bound on the
+the yaw is known, constant or held as it turns (``HeldYaw``), the thrust of each rotor is computed.  Else a bound on the
 largest one is used, which holds for any heading of a body that does not spin about its thrust: the mean thrust, the
 most that a rotor adds for the torque about horizontal axes, and the most for the torque about the thrust axis that
 unequal inertias ask for.
@@ -23,7 +23,7 @@ from minsnap.durations.initial_guess import guessed_lengths, norm_limits, stop_a
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.vehicle_use import VEHICLE_USE, lateral_alike, medium_of
 from minsnap.native.records import WallsRecord
-from minsnap.native.shortest_time import Guess, InstantKind, InstantLimit, ShortestQuestion, Turning
+from minsnap.native.shortest_time import Guess, HeldYaw, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.heading import Heading, RuledHeading
@@ -320,19 +320,19 @@ def _rotors(vehicle: Quadrotor, reserve: float, heading: Heading | None, held: b
     return InstantLimit(InstantKind.YAWED_ROTORS, (*common, *along, *body))
 
 
-def turning_of(limits: Limits, flown: Trajectory) -> Turning | None:
+def turning_of(limits: Limits, flown: Trajectory) -> HeldYaw | None:
     """Return the yaw along a curve as a search holds it; None where its limits do not depend on that."""
     yaw = flown.yaw
     if not isinstance(limits, VehicleLimits) or yaw.medium is not None:
         return None
     if isinstance(yaw, RuledHeading):
-        return Turning(_cubics(yaw, flown.leg_breaks, QUESTION.turns), _following(yaw, flown))
+        return HeldYaw(_cubics(yaw, flown.leg_breaks, QUESTION.turns), _following(yaw, flown))
     knots = np.zeros(0) if yaw.polynomial is None else yaw.polynomial.breaks
     if yaw.constant is not None or (len(knots) == flown.legs + 1 and np.allclose(knots, flown.leg_breaks)):
         angles = yaw(flown.leg_breaks).round(QUESTION.angle_digits)
-        return Turning(angles=angles, rate=float(yaw(0.0, 1)))
+        return HeldYaw(angles=angles, rate=float(yaw(0.0, 1)))
     turns = max(len(knots) - 1, QUESTION.turns * flown.legs)
-    return Turning(_cubics(yaw, np.array((0.0, flown.duration)), turns), clock=flown.duration)
+    return HeldYaw(_cubics(yaw, np.array((0.0, flown.duration)), turns), clock=flown.duration)
 
 
 def _following(yaw: RuledHeading, flown: Trajectory) -> BoolArray | None:

@@ -47,7 +47,7 @@ class InstantLimit:
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class HeldYaw:
     """A yaw as a search holds it.
 
     Parameters
@@ -70,12 +70,12 @@ class Turning:
     angles: FloatArray | None = None
     rate: float = 0.0
 
-    def is_near(self, other: Turning, angle: float) -> bool:
+    def is_near(self, other: HeldYaw, angle: float) -> bool:
         """Whether a search that holds it need not hold another of the same kind, of a curve that it found.
 
         Parameters
         ----------
-        other : Turning
+        other : HeldYaw
         angle : float
             By which cubics on legs may differ [rad].
         """
@@ -144,7 +144,7 @@ class ShortestQuestion:
         In place of rest at every waypoint; its pieces are divided then.
     turned : ndarray, shape (waypoints, dim, dim), or None
         Columns are the axes along which a waypoint's position is free or pinned; zeros for the world's.
-    turning : Turning or None
+    turning : HeldYaw or None
         The yaw, where limits depend on it.
     """
 
@@ -166,7 +166,7 @@ class ShortestQuestion:
     rough: bool = False
     guess: Guess | None = None
     turned: FloatArray | None = None
-    turning: Turning | None = None
+    turning: HeldYaw | None = None
 
     @property
     def costs(self) -> bool:
