@@ -57,8 +57,6 @@ class WorkPrices:
         yaw, under a constant one, and under one that turns.
     block : float
         Further work of an iteration: for each piece, times the cube of the number of values that are free at a knot.
-    free_curve : float
-        A curve without walls, and how far it is outside.
     active_set, interior_point : float
         A QP by either method, for each entry of its rows and each unknown.
     slacks : float
@@ -80,7 +78,6 @@ class WorkPrices:
     yaw_pieces: int = 20
     yaw_rate_used: float = 2.0
     limits_used: float = 0.3
-    free_curve: float = 1.0
     active_set: float = 1e-5
     interior_point: float = 6e-5
     slacks: float = 4e-6

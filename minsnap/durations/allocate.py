@@ -16,6 +16,7 @@ from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.outcome import End, PlanOutcome, if_possible, outcome_of, quickest
 from minsnap.durations.refused_times import AskedTimes
 from minsnap.durations.timing import Run, Timed, Timing, solved_or_explained, timed
+from minsnap.durations.within_limits import from_rest
 from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError, UnprovedError
 from minsnap.last_look import fault
 from minsnap.optimisation.solved_task import SolvedTask
@@ -89,8 +90,8 @@ def _answer_otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanO
     1. The time is over: rest at every waypoint, where that is shorter; without a plan what is proved at no cost is
        said, although the work is spent.
     2. A proof by walls that are sufficient for a limit, but not necessary, is none: plan by those that are.
-    3. The shorter one of a plan in other times, where the request leaves a choice, and of rest at every waypoint; of
-       what stands in for a search without an end, too.
+    3. The shorter one of a search from rest, where the request leaves a choice of times, and of rest at every waypoint;
+       of what stands in for a search without an end, too.
     4. What is proved of the times of the request.
     """
     asked = AskedTimes(task, timing)
@@ -102,8 +103,8 @@ def _answer_otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanO
         short = None if task.deadline.late else asked.too_short()
         return outcome if short is None else PlanOutcome(reason=short)
     if outcome.stands_in:
-        found = if_possible(lambda: asked.in_other_times(SolverError("the search had no end")))
-        return outcome.or_quicker(_look_at(found, task, timing)) if isinstance(found, Timed) else outcome
+        found = if_possible(lambda: from_rest(task, timing))
+        return outcome if found is None else outcome.or_quicker(_look_at(found, task, timing))
     refused = outcome.refused
     if refused is None or not task.explains:
         return outcome

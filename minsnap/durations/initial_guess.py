@@ -18,6 +18,7 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.trajectory.trajectory import Trajectory
 
 PEAKS = (2.1875, 7.5132, 52.5, 840.0)
 """Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval.
@@ -69,12 +70,16 @@ def priced_first_guess(task: Task, price: float) -> FloatArray | MinsnapError:
         solved = solved_or_explained(replace(task, walls=(), samples=None), times)
     if not isinstance(solved, SolvedTask):
         return solved
-    factor = priced_factor(solved, price)
+    factor = priced_factor(solved.trajectory, price)
     return np.asarray(durations * (walled_factor(task.walls, solved.trajectory, factor) or factor))
 
 
-def priced_factor(solved: SolvedTask, price: float) -> float:
-    """Factor on time at which cost + price * time is least; the cost goes as total^(1 - 2k)."""
-    power, cost = 2 * solved.task.half - 1, solved.cost
-    factor = (power * cost / (price * solved.durations.sum())) ** (1.0 / (power + 1)) if cost > 0.0 else 1.0
-    return significant(factor, 9)
+def priced_factor(curve: Trajectory, price: float) -> float:
+    """Factor on time at which cost + price * time is least, the price [1/s]."""
+    worth = worth_of_time(curve)
+    return significant((worth / price) ** (0.5 / curve.cost_order), 9) if worth > 0.0 else 1.0
+
+
+def worth_of_time(curve: Trajectory) -> float:
+    """How much the cost falls with every second in which a path is flown more slowly; it goes as total^(1 - 2k)."""
+    return (2 * curve.cost_order - 1) * curve.cost() / curve.duration

@@ -1,7 +1,7 @@
-"""Plans in longer times, where a search for the time has ended without one.
+"""Plans in longer times, where those that were given have none.
 
-What is refused at durations that the plan itself chose may have a plan in others.  Some proportions of the durations
-are tried at many scales with the limits as walls; the first that has a plan is shortened as far as it keeps one.
+Their proportions are tried at many scales with the limits as walls; the first that has a plan is shortened as far as it
+keeps one.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
 
 
-def least_longer(attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline) -> Timed | None:
+def least_longer(attempt: Attempt, durations: FloatArray, deadline: Deadline) -> Timed | None:
     """Return the plan of the least factor on durations, from one on; None where no factor has one.
 
     Parameters
@@ -36,12 +36,10 @@ def least_longer(attempt: Attempt, durations: FloatArray, still: bool, deadline:
     attempt : callable
     durations : ndarray, shape (pieces in all,)
         Whose proportions are kept [s].
-    still : bool
-        Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
     deadline : Deadline
         From which a plan that was found is not shortened any more, and no other is sought.
     """
-    first = _first(attempt, durations, still)
+    first = _first(attempt, durations)
     if first is None:
         return None
     low, high, shortest = first
@@ -57,15 +55,13 @@ Bracket = tuple[float, float, Timed]
 """The last factor without a plan, the first with one, and the plan."""
 
 
-def _first(attempt: Attempt, durations: FloatArray, still: bool) -> Bracket | None:
+def _first(attempt: Attempt, durations: FloatArray) -> Bracket | None:
     """Return the first factor of all that has a plan, sought from a usual one: what barely fails costs most."""
     factors = [1.0 + share for share in LONGER]
-    usual = 0 if still else len(BARELY)
+    usual = len(BARELY)
     planned = _attempted(attempt, durations * factors[usual])
     if planned is not None:
         return _falling(attempt, durations, factors[:usual], (1.0, factors[usual], planned))
-    if still and _attempted(attempt, durations * factors[-1]) is None:
-        return None
     return _rising(attempt, durations, factors[usual], factors[usual + 1 :])
 
 

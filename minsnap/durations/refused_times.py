@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
@@ -15,16 +14,12 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LateError
 from minsnap.durations.connector import pinned_use
-from minsnap.durations.fitting_durations import fitting_durations
-from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
-from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.durations.longer_times import least_longer
 from minsnap.durations.outcome import if_possible
 from minsnap.durations.starts import least_of
-from minsnap.durations.time_scaling import shortest_scaled
-from minsnap.durations.timing import NO_RUN, Timed, Timing, found_in, solved_or_explained, timed
+from minsnap.durations.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
 from minsnap.durations.ways import start_on_limit
-from minsnap.durations.within_limits import plans_for, searched_in_time
+from minsnap.durations.within_limits import from_rest, plans_for, searched_in_time
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import Effort
@@ -53,59 +48,16 @@ class AskedTimes:
     timing: Timing
 
     def in_other_times(self, refused: Refused) -> Timed | InfeasibleError | None:
-        """Plan in other times where those that a search chose have no plan; None where there is none, or none may be.
+        """Search from rest at every waypoint, where those that were chosen first have no plan.
 
-        Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
+        None where there is none, or none may be: in durations that were given, or where the refusal is a proof for all.
         Or a proof that all times, or the total, are too short.
         """
         task, timing = self.task, self.timing
-        mine = timing.durations is None
         short = self.too_short(refused) if self._own_times is None else None
         if short is not None:
             return short
-        if not mine or task.samples is not None or task.lengths.min() <= 0.0 or self._for_all_times(refused):
-            return None
-        bounded, total = self._bounded(), timing.total_time
-        attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=total is not None), effort=Effort.TRY)
-        slows = task.still and not any(wall.order for wall in task.walls)
-        tried = (
-            least_longer(attempt, durations, slows, bounded.deadline)
-            if total is None
-            else attempt(total / durations.sum() * durations)
-            for durations in self._proportions(refused)
-        )
-        planned = next((one for one in tried if one is not None), None)
-        if planned is not None or self._searched_in_vain(refused):
-            return planned
-        return self._where_free_curves_fit(bounded, refused)
-
-    def _searched_in_vain(self, refused: Refused) -> bool:
-        """Whether the shortest plan of a search takes longer than a total."""
-        shortest, timing = getattr(refused, "shortest", None), self.timing
-        return timing.total_time is not None and shortest is not None and shortest > timing.total
-
-    def _where_free_curves_fit(self, bounded: Task, refused: Refused) -> Timed | None:
-        """Plan from durations whose curve without walls is inside; for a price or a total, near to the cheapest."""
-        task, timing = self.task, self.timing
-        starts = (leg_sums(one, task.pieces) for one in self._proportions(refused))
-        fitting = fitting_durations(bounded, starts, timing.total_time, bounded.deadline)
-        if fitting is None:
-            return None
-        priced = timing.time_weight is not None or timing.total_time is not None
-        if timing.limits is not None and task.still and not priced:
-            return shortest_scaled(task, timing, task.piece_durations(fitting))
-        if timing.time_weight is not None and task.still:
-            free = found_in(replace(bounded, walls=()), task.piece_durations(fitting), Effort.WHOLE)
-            factor = 1.0 if free is None else priced_factor(free, timing.time_weight)
-            fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
-        cheapest, run = fitting, NO_RUN
-        if priced:
-            cheapest, run = cheapest_durations(bounded, timing, fitting, timing.time_weight)
-        plan = plans_for(bounded, task, timing, run, exact=priced)
-        tried = (
-            plan(task.piece_durations(cheapest + share * (fitting - cheapest))) for share in (0.0, 1e-3, 0.03, 1.0)
-        )
-        return next((planned for planned in tried if planned is not None), None)
+        return None if timing.durations is not None or self._for_all_times(refused) else from_rest(task, timing)
 
     def by_necessary_walls(self, refused: Refused) -> Timed | Refused:
         """Plan anew, or refuse, where a proof is by walls that are sufficient for a limit, but not necessary."""
@@ -139,18 +91,6 @@ class AskedTimes:
         if timing.total_time is not None:
             return self._of_these_times(proof)
         return task.still and not proof.orders.any()
-
-    def _proportions(self, refused: Refused) -> Iterator[FloatArray]:
-        """Yield piece durations whose proportions are tried: of a proof, of stop and go, by distance, equal."""
-        task, timing = self.task, self.timing
-        proof = getattr(refused, "contradiction", None)
-        if proof is not None and len(proof.durations) == task.legs * task.pieces:
-            yield proof.durations
-        if timing.limits is not None:
-            yield task.piece_durations(stop_and_go_times(guessed_lengths(task), timing.limits))
-        yield task.piece_durations(distance_split(task, float(task.legs)))
-        if task.legs > 1:
-            yield np.ones(task.legs * task.pieces)
 
     def explained(self, refused: Refused) -> MinsnapError:
         """Return the refusal with what is proved of the times of the request."""
@@ -191,10 +131,9 @@ class AskedTimes:
             return refused
         bounded, room, grain = self._bounded(), 1.005, 1e-3
         effort = Effort.TRY if task.joined_orders else Effort.GLANCE  # a glance misses some that join more smoothly
-        attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=True), effort=effort)
-        longer = least_longer(attempt, own, False, bounded.deadline)
+        longer = least_longer(plans_for(bounded, timing, NO_RUN, effort), own, bounded.deadline)
         factor = 1.0 if longer is None else grain * ceil(room * longer.trajectory.duration / own.sum() / grain)
-        if factor > 1.0 and attempt(factor * own, effort=Effort.TRY) is not None:
+        if factor > 1.0 and plans_for(bounded, timing, NO_RUN, Effort.TRY)(factor * own) is not None:
             refused.stretch = factor
             refused.args = (f"{refused}; {factor:.4g} times as long would do in these proportions",)
         return refused

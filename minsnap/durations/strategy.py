@@ -36,7 +36,7 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import WORK, LateError
 from minsnap.basics.limit_kinds import KIND
-from minsnap.durations.initial_guess import guessed_lengths, stop_and_go_times
+from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times, worth_of_time
 from minsnap.durations.longer_times import RESERVES
 from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.shortest_question import (
@@ -278,18 +278,17 @@ class Strategy:
                 self.watched.ended = late
         return found.then(later)
 
-    def solve(self, guess: Guess | None, price: float = 0.0) -> Attempt:
-        """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
-        question = replace(self._question, price=price) if price else self._question
-        if guess is None and self._fewer_first and not price:
+    def solve(self, guess: Guess | None) -> Attempt:
+        """Search for the least time, with the rate of the yaw where it matters."""
+        question = self._question
+        if guess is None and self._fewer_first:
             return self._divided(question)
         found = NOTHING
-        first = self._first_guess() if guess is None and (price or not self.eases) else None
+        first = self._first_guess() if guess is None and not self.eases else None
         if first is not None:
             found = self._certified(begun_from(question, first), self.limits, self._slower_share)
             # Where the yaw follows the velocity, a search from rest may find a shorter flight than this one has led to.
-            settled = found.solved is not None and (price or not self._follows)
-            if self.interrupted or settled or found.hopeless:
+            if self.interrupted or (found.solved is not None and not self._follows) or found.hopeless:
                 return found
         return found.then(self._search(begun_from(question, guess)))
 
@@ -365,17 +364,38 @@ class Strategy:
         if guess is None or task.continuity > task.half - 1:
             return None
         question = begun_from(self._question, replace(guess, durations=durations))
-        price = significant((2 * task.half - 1) * curve.cost() / curve.duration)  # what its time is worth
+        price = significant(worth_of_time(curve))
         held = replace(question, parts=(), price=price, timed=True, moving=True)
         return self._certified(held, self.limits, SETTINGS.slower_share).solved
 
-    def cheapest_of_total(self, first: SolvedTask, total: float) -> SolvedTask | None:
-        """Search the curve of least cost with a total [s], from one with any; None where none is found."""
-        guess = guess_of(first.trajectory, replace(self.task, pieces=first.trajectory.pieces))
-        question = replace(begun_from(self._question, guess), total=total, moving=True)
+    def cheapest(
+        self, first: SolvedTask, price: float = 0.0, total: float = 0.0, slower: float = 1.0
+    ) -> SolvedTask | None:
+        """Search the curve of least cost for a price of time [1/s], or with a total [s]; None where none is found.
+
+        Parameters
+        ----------
+        first : SolvedTask
+            A curve of any time, to begin from.
+        price, total : float
+            One of them.
+        slower : float
+            Factor on its time at which it is begun from.
+        """
+        guess = guess_of(first.trajectory, replace(self.task, pieces=first.trajectory.pieces), slower)
+        question = replace(begun_from(self._question, guess), price=price, total=total, moving=True)
         with self.watched.interruptible():
-            return self._at_once(question).solved
+            return (self._at_once if total > 0.0 else self._search)(question).solved
         return None
+
+    @cached_property
+    def rest(self) -> SolvedTask:
+        """The curve with rest at every waypoint: in the total, or as slowly as the price of time and limits ask for."""
+        straight, price, total = self._straight(self.times), self.timing.time_weight, self.timing.total_time
+        if price is None:
+            return straight if total is None else straight.slowed(significant(total / self.times.sum()))
+        factor = priced_factor(straight.trajectory, price)
+        return straight.slowed(max(factor, 1.0) if self.limits.given() else factor)
 
     @cached_property
     def _heading(self) -> Heading | None:

@@ -32,7 +32,7 @@ from minsnap.durations.timing import (
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.solve import Effort
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.refusals.sentences import yaw_too_fast
@@ -49,29 +49,12 @@ def scaled_plan(task: Task, timing: Timing) -> PlanOutcome:
     first = task.piece_durations(distance_split(task, float(task.legs)))
     search = None
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
-        scaled = _ScaledSearch(task, timing, _by_stops(task, limits), 100)
+        scaled = _ScaledSearch(task, timing)
         first, search = searched(scaled, timing.best_on_interrupt)
     solved = solved_or_explained(shape, first)
     if not isinstance(solved, SolvedTask):
         return PlanOutcome(reason=solved)
     return PlanOutcome(flown_fastest(solved, limits, task.walls, search))
-
-
-def shortest_scaled(task: Task, timing: Timing, first: FloatArray) -> Timed | None:
-    """Plan in proportions near those of piece durations, or of stops at all waypoints, and scale; None where none is.
-
-    Parameters
-    ----------
-    first : ndarray, shape (pieces in all,)
-        [s].
-    """
-    limits = timing.bounds
-    tried = [_ScaledSearch(task, timing, durations, 12) for durations in (first, _by_stops(task, limits))]
-    best = min(tried, key=lambda one: one.evaluate(np.zeros(task.legs - 1)))
-    if not np.isfinite(best.best[0]):
-        return None
-    durations, search = searched(best, timing.best_on_interrupt) if 1 < task.legs <= SCALED_LEGS else (best.first, None)
-    return flown_fastest(solve(best.shape, durations), limits, task.walls, search)
 
 
 def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], search: Run | None) -> Timed:
@@ -100,11 +83,6 @@ def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], se
     raise SolverError("no speed was found at which the path keeps its limits with a yaw that is a function of time")
 
 
-def _by_stops(task: Task, limits: Limits) -> FloatArray:
-    """Piece durations of stops at all waypoints."""
-    return task.piece_durations(stop_and_go_times(task.lengths, limits))
-
-
 class _ScaledSearch:
     """Proportions of the durations whose plan of least cost, scaled to the limits, is shortest; without gradients.
 
@@ -112,17 +90,14 @@ class _ScaledSearch:
     ----------
     task, timing
         As of a plan within limits.
-    first : ndarray, shape (pieces in all,)
-        Durations to begin with; the proportions of the pieces of a leg stay.
-    most : int
-        Plans tried for each leg.
     """
 
-    def __init__(self, task: Task, timing: Timing, first: FloatArray, most: int) -> None:
+    def __init__(self, task: Task, timing: Timing) -> None:
         self.task, self.limits = task, timing.bounds
         self.deadline = timing.in_time(task).deadline
         self.price = measuring_work(self.limits, task.legs * task.pieces)
-        self.first, self.most, self.shape = first, most, without_derivative_walls(task)
+        self.first = task.piece_durations(stop_and_go_times(task.lengths, self.limits))
+        self.shape = without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
 
@@ -131,8 +106,8 @@ class _ScaledSearch:
         from scipy.optimize import minimize
 
         start = np.zeros(self.task.legs - 1)
-        if np.isfinite(self.best[0]) or np.isfinite(self.evaluate(start)):
-            options = {"maxfev": self.most * self.task.legs, "xtol": 1e-3, "ftol": 1e-4}
+        if np.isfinite(self.evaluate(start)):
+            options = {"maxfev": 100 * self.task.legs, "xtol": 1e-3, "ftol": 1e-4}
             with suppress(LateError):
                 minimize(self.evaluate, start, method="Powell", options=options)
         return self.best[1]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -12,19 +11,17 @@ from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.deadline import Deadline
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.connector import pinned_use
-from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
+from minsnap.durations.initial_guess import priced_first_guess, worth_of_time
 from minsnap.durations.least_cost import cheapest_durations, distance_split
-from minsnap.durations.longer_times import RESERVES
-from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
-from minsnap.durations.shortest_question import guess_of
+from minsnap.durations.outcome import PlanOutcome, if_possible
 from minsnap.durations.starts import shortest_of_starts
 from minsnap.durations.stopping import Stopping
 from minsnap.durations.strategy import Strategy
-from minsnap.durations.time_scaling import flown_fastest, scaled_plan
+from minsnap.durations.time_scaling import scaled_plan
 from minsnap.durations.time_stretch import grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, attempted, found_in, solved_or_explained, timed
 from minsnap.durations.ways import EndConnectors, end_on_limit, from_end, shortest_from
-from minsnap.errors import LimitError, MinsnapError, SolverError
+from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
@@ -49,6 +46,10 @@ AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
 
 NEAR_FREE = 3.0
 """Use of limits by the plan without them up to which a search from it is tried."""
+
+
+HIGH = 100.0
+"""Price of time for a short plan, over what its time is worth where it rests at every waypoint."""
 
 
 def shortest_plan(task: Task, timing: Timing) -> PlanOutcome:
@@ -87,62 +88,58 @@ def _searchable(task: Task, limits: Limits) -> bool:
 
 
 def plans_for(
-    bounded: Task, task: Task, timing: Timing, search: Run, exact: bool = False
-) -> Callable[..., Timed | None]:
+    bounded: Task, timing: Timing, search: Run, effort: Effort = Effort.WHOLE
+) -> Callable[[FloatArray], Timed | None]:
     """Return what plans for durations, within limits as walls; None where there is no plan, or it is not certified.
 
     Parameters
     ----------
     bounded : Task
-        With the walls of the limits besides those of ``task``.
-    exact : bool
-        Whether the durations are kept; else a plan from rest to rest is flown as fast as its limits allow.
-
-    Returns
-    -------
-    callable
-        Of durations, and of the effort after which the native core gives up.
+        With the walls of the limits.
+    timing : Timing
+    search : Run
+        The one before.
+    effort : Effort
+        After which the native core gives up.
     """
     limits = timing.limits
 
-    def plan(durations: FloatArray, effort: Effort = Effort.WHOLE) -> Timed | None:
+    def plan(durations: FloatArray) -> Timed | None:
         work = 0.0 if limits is None else measuring_work(limits, bounded.legs * bounded.pieces)
         if not bounded.deadline.affords(work):
             return None
         bounded.deadline.spend(work)
         solved = found_in(bounded, durations, effort)
-        if solved is None:
-            return None
-        # From rest to rest any path can be flown at another pace, so a plan outside its limits is slowed, not lost.
-        if limits is not None and bounded.still and not exact:
-            fastest = or_reason(partial(flown_fastest, solved, limits, task.walls, search))
-            if isinstance(fastest, Timed):
-                return fastest
-            if timing.time_weight is None or not isinstance(fastest, UnlimitedError):
-                return None
-        return timed(solved, search) if limits is None or keeps(limits, solved.flown) else None
+        return None if solved is None or not (limits is None or keeps(limits, solved.flown)) else timed(solved, search)
 
     return plan
 
 
 def limited_plan(task: Task, timing: Timing) -> PlanOutcome:
-    """Plan for a total or a price, and limits besides, whose walls the task does not have."""
-    limits, bounded = timing.bounds, timing.bounded(task)
-    if timing.total_time is not None and timing.split != "optimal":
+    """Plan for a total or a price, and limits besides, whose walls the task does not have.
+
+    The plan without limits is returned where it keeps them; else the curve and its durations are searched together.
+    """
+    limits, price = timing.bounds, timing.time_weight
+    if price is None and timing.split != "optimal":
         durations = distance_split(task, timing.total)
-        return of_solved(solved_or_explained(bounded, task.piece_durations(durations)), task, timing)
-    if _searchable(task, limits):
-        outcome = _searched_plan(task, timing)
-        if not isinstance(outcome.reason, UnlimitedError):  # which a search for the shortest finds
-            return outcome
-    wished = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
-    if isinstance(wished, MinsnapError):
-        return PlanOutcome(reason=wished)
-    price, durations = wished
-    planned = _cheapest(bounded, timing, price, durations, NO_RUN)
-    if planned is None:
-        return PlanOutcome(reason=explain(timing.in_time(bounded), task.piece_durations(durations)))
-    return limits_kept(planned, task, timing, price is not None)
+        return of_solved(solved_or_explained(timing.bounded(task), task.piece_durations(durations)), task, timing)
+    free = _without_limits(task, timing)
+    if isinstance(free, MinsnapError):
+        return PlanOutcome(reason=free)
+    if free is not None and (keeps(limits, free.trajectory) or (price is not None and free.interrupted)):
+        return PlanOutcome(free)
+    if free is not None and not _searchable(task, limits):
+        return limits_kept(free, task, timing, price is not None)
+    search = Strategy(task, timing)
+    search.watched.log.steps = [] if free is None else list(free.steps)
+    found = _at_total(search, free) if price is None else _at_price(search, price, free)
+    if isinstance(found.reason, UnlimitedError):  # of the shortest: a total, or a price, has an end
+        found = PlanOutcome(reason=SolverError("no plan of this total, or price, within the limits was found"))
+    if free is None and found.refused is not None and not isinstance(found.reason, InfeasibleError):
+        proved = explain(timing.in_time(task), task.piece_durations(search.times))
+        return found if isinstance(proved, SolverError) else PlanOutcome(reason=proved)
+    return found if found.planned is None or price is None else limits_kept(found.planned, task, timing, True)
 
 
 def of_solved(solved: SolvedTask | MinsnapError, task: Task, timing: Timing) -> PlanOutcome:
@@ -150,34 +147,13 @@ def of_solved(solved: SolvedTask | MinsnapError, task: Task, timing: Timing) -> 
     return limits_kept(timed(solved), task, timing) if isinstance(solved, SolvedTask) else PlanOutcome(reason=solved)
 
 
-def _searched_plan(task: Task, timing: Timing) -> PlanOutcome:
-    """Search the curve and its durations together, for a price of time or a total.
-
-    The plan without limits is returned where it keeps them.
-    """
-    search, price = Strategy(task, timing), timing.time_weight
+def _without_limits(task: Task, timing: Timing) -> Timed | MinsnapError | None:
+    """Return the plan of least cost without limits; None where the durations that were chosen have none."""
+    price = timing.time_weight
     first = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
-    free = first if isinstance(first, MinsnapError) else _without_limits(search, first)
-    if isinstance(free, MinsnapError):
-        return PlanOutcome(reason=free)
-    if free is None:
-        durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))
-        refused = explain(timing.in_time(task), durations)
-        if not isinstance(refused, SolverError):  # else these durations have a curve
-            return PlanOutcome(reason=refused)
-    elif keeps(timing.bounds, free.trajectory) or (price is not None and free.interrupted):
-        return PlanOutcome(free)
-    if price is None:
-        return _at_total(search, free)
-    priced = _at_price(search, price, free)
-    return priced if priced.planned is None else limits_kept(priced.planned, task, timing, True)
-
-
-def _without_limits(search: Strategy, first: FloatArray) -> Timed | MinsnapError | None:
-    """Return the plan of least cost without limits, for the price or the total of first durations; None without."""
-    task, timing, log = search.task, search.timing, search.watched.log
-    durations, run = cheapest_durations(task, timing, first, timing.time_weight)
-    log.steps = list(run.steps)
+    if isinstance(first, MinsnapError):
+        return first
+    durations, run = cheapest_durations(task, timing, first, price)
     solved = attempted(solve, task, task.piece_durations(durations))
     if isinstance(solved, SolvedTask):
         return timed(solved, run)
@@ -185,16 +161,16 @@ def _without_limits(search: Strategy, first: FloatArray) -> Timed | MinsnapError
 
 
 def _at_price(search: Strategy, price: float, free: Timed | None) -> PlanOutcome:
-    """Search for a price of time [1/s], from the plan without limits, flown as slowly as they ask for, or the shortest.
+    """Search for a price of time [1/s], from the plan without limits, flown as slowly as they ask for, or from rest.
 
-    A shortest plan is returned where nothing cheaper is found.
+    Else from the shortest plan, which is returned where nothing cheaper is found.
     """
 
     def searched_from(plan: SolvedTask) -> SolvedTask | None:
         slower = max(1.0, min(largest_use(search.limits, plan.flown), 10.0)) if search.task.still else 1.0
-        return search.solve(guess_of(plan.trajectory, search.task, significant(slower)), price).solved
+        return search.cheapest(plan, price=price, slower=significant(slower))
 
-    solved = None if free is None else searched_from(free.solved)
+    solved = search.cheapest(search.rest, price=price) if free is None else searched_from(free.solved)
     if solved is None:
         ended = search.watched.ended
         if ended is not None:
@@ -208,10 +184,10 @@ def _at_price(search: Strategy, price: float, free: Timed | None) -> PlanOutcome
 
 
 def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
-    """Search for a total from the plan near the limits without them, and from the shortest; take the cheaper plan.
+    """Search for a total from rest, the shortest plan, and that near the limits without them; take the cheapest.
 
-    Where neither has one, what moves at its ends may be outside when flown so slowly: a search from the plan of the
-    total in the middle follows. Else the shortest plan itself is lengthened.
+    Where none has one, what moves at its ends may be outside when flown so slowly: a search from the plan of the total
+    in the middle follows. Else the shortest plan itself is lengthened.
     """
     task, timing, total = search.task, search.timing, search.timing.total
     shortest = search.run()
@@ -223,13 +199,12 @@ def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
     ended = free is not None and free.interrupted
 
     def searched_from(start: SolvedTask) -> SolvedTask | None:
-        return None if ended or search.interrupted else search.cheapest_of_total(start, total)
+        return None if ended or search.interrupted else search.cheapest(start, total=total)
 
-    near = free is not None and largest_use(search.limits, free.trajectory) <= NEAR_FREE
-    starts = [free.solved, fastest] if free is not None and near else [fastest]
-    plans = [found for found in map(searched_from, starts) if found is not None]
+    starts = [] if free is None or not _is_near(search, free) else [free.solved]
+    plans = [found for found in map(searched_from, (*starts, search.rest, fastest)) if found is not None]
     if not plans and not (ended or search.interrupted):
-        middle = search.cheapest_of_total(fastest, significant(float(np.sqrt(least * total))))
+        middle = search.cheapest(fastest, total=significant(float(np.sqrt(least * total))))
         last = None if middle is None else searched_from(middle)
         plans = [] if last is None else [last]
     run = Run(search.found.steps, ended or search.interrupted)
@@ -239,13 +214,40 @@ def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
     return PlanOutcome(slower, None if slower else only_found(total, fastest.trajectory.duration))
 
 
+def _is_near(search: Strategy, free: Timed) -> bool:
+    """Whether a plan without limits exceeds them by so little that a search from it is worth its time."""
+    search.deadline.spend(measuring_work(search.limits, len(free.trajectory.durations)))
+    return largest_use(search.limits, free.trajectory) <= NEAR_FREE
+
+
+def from_rest(task: Task, timing: Timing) -> Timed | None:
+    """Search from rest at every waypoint for a total or a price of time, within limits or without; None without a plan.
+
+    The shortest time is searched as a high price of it, since a smooth curve has an end where others have none, else as
+    the total of that rest.
+    """
+    deadline = timing.in_time(task).deadline
+    if task.samples is not None or core().name != "native" or (deadline.spent and not deadline.has_last_try()):
+        return None
+    search = if_possible(lambda: Strategy(task, replace(timing, limits=timing.limits or Limits())))
+    if search is None:
+        return None
+    rest = search.rest
+    if timing.shortest:
+        found = search.cheapest(rest, price=significant(HIGH * worth_of_time(rest.trajectory)))
+        found = found or search.cheapest(rest, total=rest.trajectory.duration)
+    else:
+        found = search.cheapest(rest, timing.time_weight or 0.0, timing.total_time or 0.0)
+    return None if found is None else _cheaper(found, task, timing, search.found)
+
+
 def _cheaper(found: SolvedTask, asked: Task, timing: Timing, run: Run) -> Timed:
     """Return the plan of a search, or of least cost in its durations, with the limits as walls, where that costs less.
 
     A search stands off from peaks between its instants as they are, and joins more derivatives than may be asked for.
     """
     task = replace(timing.bounded(asked), pieces=found.trajectory.pieces)
-    planned = plans_for(task, asked, timing, run, exact=True)(found.trajectory.durations, Effort.GLANCE)
+    planned = plans_for(task, timing, run, Effort.GLANCE)(found.trajectory.durations)
     whole = timed(found, run)
     return whole if planned is None or planned.cost > whole.cost else planned
 
@@ -267,34 +269,9 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     tried = [factor * durations]
     if between.any():
         tried.append(durations + (total - durations.sum()) / between.sum() * between)
-    plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), task, timing, run, exact=True)
+    plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), timing, run)
     planned = (plan(durations) or searched_in_time(best, task, timing, durations, run) for durations in tried)
     return next((one for one in planned if one is not None), None)
-
-
-def _cheapest(task: Task, timing: Timing, price: float | None, durations: FloatArray, search: Run) -> Timed | None:
-    """Split a total, or a price of time, with the limits as walls of the QP; None where that has no solution."""
-    first = attempted(solve, task, task.piece_durations(durations), prove=False)
-    if not isinstance(first, SolvedTask):
-        return None
-    durations, last = cheapest_durations(task, timing, durations, price)
-    search = Run(search.steps + last.steps, last.interrupted)
-    for reserve in (0.0, *(RESERVES if price is not None else ())):
-        solved = found_in(task, task.piece_durations(durations * (1.0 + reserve)), Effort.WHOLE)
-        if solved is not None:
-            return timed(solved, search)
-    return None
-
-
-def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | None, FloatArray] | MinsnapError:
-    """Price of a second, if any, and durations to begin with, at which the limits can be kept, or why there is none."""
-    if timing.time_weight is not None:
-        price = timing.time_weight
-        wished = priced_first_guess(task, price)
-        if isinstance(wished, MinsnapError):
-            return wished
-        return price, fastest * max(1.0 + RESERVES[2], wished.sum() / fastest.sum())
-    return None, fastest * (timing.total / fastest.sum())
 
 
 def searched_in_time(

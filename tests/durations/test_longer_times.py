@@ -40,14 +40,20 @@ def test_a_start_that_leads_past_the_goal_comes_back():
     assert path.extent((1, 0, 0))[1] > 2.9**2 / 12.0
 
 
-@pytest.mark.parametrize("asked", [{"durations": [6.0]}, {"total_time": 6.0}], ids=str)
-def test_a_factor_on_times_that_is_named_has_a_plan(asked):
+def test_a_factor_on_times_that_is_named_has_a_plan():
+    asked = {"corridor": SLOW, "limits": Limits(speed=3)}
     with pytest.raises(InfeasibleError, match="times as long would do in these proportions") as refused:
-        minsnap.plan(TWO, corridor=SLOW, limits=Limits(speed=3), **asked)
-    longer = {name: refused.value.stretch * np.array(value) for name, value in asked.items()}
-    longer = {name: value if value.ndim else float(value) for name, value in longer.items()}
-    assert minsnap.certify(minsnap.plan(TWO, corridor=SLOW, limits=Limits(speed=3), **longer), TWO, SLOW).ok
+        minsnap.plan(TWO, durations=[6.0], **asked)
+    assert minsnap.certify(minsnap.plan(TWO, durations=[6.0 * refused.value.stretch], **asked), TWO, SLOW).ok
     assert refused.value.verify() and f"{refused.value.stretch:.4g} times" in str(refused.value)
+
+
+def test_a_total_that_is_too_short_is_refused_with_the_shortest_one_found():
+    asked = {"corridor": SLOW, "limits": Limits(speed=3)}
+    with pytest.raises(InfeasibleError, match=r"the shortest found is 12\.15\d* s") as refused:
+        minsnap.plan(TWO, total_time=6.0, **asked)
+    assert refused.value.verify()
+    assert minsnap.certify(minsnap.plan(TWO, total_time=refused.value.shortest, **asked), TWO, SLOW).ok
 
 
 @pytest.mark.parametrize("asked", [{"durations": [1.6148001944098884]}, {"total_time": 1.6148001944098884}], ids=str)
@@ -74,9 +80,9 @@ def test_a_plan_that_was_found_is_not_shortened_after_the_time_limit():
         tried.append(float(durations[0]))
         return SimpleNamespace(trajectory=SimpleNamespace(duration=tried[-1])) if tried[-1] >= 2.0 else None
 
-    shortest = least_longer(attempt, np.ones(1), False, NEVER).trajectory.duration
+    shortest = least_longer(attempt, np.ones(1), NEVER).trajectory.duration
     assert 2.0 <= shortest <= 2.02
     unlimited = len(tried)
     tried.clear()
-    assert least_longer(attempt, np.ones(1), False, Deadline(0.0)).trajectory.duration == tried[-1] == 2.5
+    assert least_longer(attempt, np.ones(1), Deadline(0.0)).trajectory.duration == tried[-1] == 2.5
     assert len(tried) < min(unlimited, len(LONGER))
