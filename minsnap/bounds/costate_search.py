@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.bounds.costate_proof import CostateProof
+from minsnap.bounds.costate_proof import ENDS, CostateProof, support
 from minsnap.bounds.derivative_sets import BoundingSets, DerivativeSet, Sets
 from minsnap.bounds.passed_course import PassedCourse
 from minsnap.native.costate import CostateQuestion, FoundCostate, find_costate
@@ -31,6 +31,10 @@ class CostateSearchSettings:
         Share of a leg in which its speed is reached below which that counts as at once.
     factors : tuple of float
         That are tried on the costate at the end.
+    larger : tuple of float
+        The same where flights begin or end hovering, which makes a larger costate worth it.
+    later : tuple of float
+        Ends of intervals of the durations of such a leg, over that at the bound without it.
     """
 
     cells: int = 8
@@ -40,6 +44,8 @@ class CostateSearchSettings:
     fast: float = 30.0
     least: float = 1e-7
     factors: tuple[float, ...] = (0.999, 0.9997, 1.0003, 1.001)
+    larger: tuple[float, ...] = (1.015,)
+    later: tuple[float, ...] = (0.97, 1.02, 1.06, 1.1, 1.16, 1.25, 1.5)
 
 
 SETTINGS = CostateSearchSettings()
@@ -63,7 +69,37 @@ def longest_proof(course: PassedCourse, sets: BoundingSets) -> CostateProof | No
     # The bound is concave in the costate, whose size the search knows to its tolerance only: a few sizes beside cost
     # nothing to prove.
     tried = [proof.times(factor) for factor in (1.0, *SETTINGS.factors)]
-    return max(tried, key=lambda one: one.seconds()[0])
+    best = max(tried, key=lambda one: one.seconds()[0])
+    return _from_hover(best) if best.growing and max(course.calm) > 1 else best
+
+
+def _from_hover(proof: CostateProof) -> CostateProof:
+    """Return the proof with what flights keep soon after they hover, where that proves a longer time."""
+    larger = (_used(proof.times(factor)) for factor in (1.0, *SETTINGS.larger))
+    return max((proof, *larger), key=lambda one: one.seconds()[0])
+
+
+def _used(proof: CostateProof) -> CostateProof:
+    """Return the proof with shares of the sets that grow."""
+    sums, last, shape = proof.sums(), proof.course.legs - 1, proof.hovering.shape
+    times = np.sqrt(np.maximum(sums.product, 0.0) / np.maximum(sums.room, SETTINGS.least))[ENDS]
+    latest = times[:, None] * np.array(SETTINGS.later)
+    proof = replace(proof, latest=latest)
+    along, hovering = proof.instants(), np.zeros((2, len(SETTINGS.later), *shape[2:]))
+    for end, leg in enumerate((0, last)):
+        after = proof.after(end)[..., None]
+        places, shares = proof.of_parts(along[leg]), proof.of_parts(proof.splits[leg])
+        before, gained = support(proof.accelerations, places, shares), np.zeros(after.shape[:2])
+        near = after[..., 0] <= (1.0 if last else 0.5 + 1e-9) * latest[end, :, None]  # half of a single leg each
+        for g, one in enumerate(proof.growing):
+            if proof.course.calm[end] > one.power:
+                own = np.broadcast_to(one.share(places - shares.sum(axis=2), after), (*gained.shape, 2, 3))
+                rest = support(proof.accelerations, places - own, shares)
+                gain = (before - rest - one.support(own, after)).sum(axis=2)
+                better = near & (gain > gained)
+                gained[better], hovering[end][better] = gain[better], 0.0
+                hovering[end][better, :, g] = own[better]
+    return proof.hovers(latest, hovering)
 
 
 def bounds_legs(course: PassedCourse, sets: BoundingSets) -> bool:
@@ -181,7 +217,9 @@ def _proof(course: PassedCourse, sets: BoundingSets, found: FoundCostate, unit: 
         rate, rate_splits = costate[:, 0] - costate[:, -1], rate_splits[:, :, :0]
     chords = np.zeros(course.legs)
     kinds = sets.accelerations, sets.velocities
-    return CostateProof(course, *kinds, found.grid, costate, rate, splits, rate_splits, chords)
+    known = found.grid, costate, rate, splits, rate_splits, chords
+    none = np.zeros((2, 0, splits.shape[1] * (splits.shape[2] - 1), 2, len(sets.growing), 3))
+    return CostateProof(course, *kinds, *known, sets.growing, np.zeros((2, 0)), none)
 
 
 def _finer(splits: FloatArray) -> FloatArray:

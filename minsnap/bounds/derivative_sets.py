@@ -1,13 +1,16 @@
 """Convex sets in which limits keep acceleration and velocity, as a bound of the flight time takes them.
 
-Every flight within the limits stays in all of them. What a bound cannot use is left out and named: jerk, snap, body and
-yaw rate, a least thrust, single rotors, tilt with drag, thrust with drag where no speed is bounded, a climb or a
-descent that is bounded one way alone.
+Every flight within the limits stays in all of them. What a bound cannot use is left out and named: a yaw rate, a least
+thrust, tilt with drag, thrust with drag where no speed is bounded, a climb or a descent that is bounded one way alone.
+Jerk, snap, body rate and the torque of rotors bound how soon after rest an acceleration can be large, or turned: such
+sets grow with time, and hold at ends where the flight hovers. On the way they are left out.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from math import hypot, inf, sqrt, tan
 from typing import NamedTuple
 
@@ -23,17 +26,23 @@ Vector = tuple[float, float, float]
 BESIDE = 1.0 + 8.0 * UNIT
 """Factor on what is computed from limits, above its rounding."""
 
+ROTORS = "single rotors"
+"""What is said of the limits of a vehicle's rotors, each by itself."""
+
+WIDEST = 1.2
+"""Half-angle up to which a cone around the vertical counts [rad]."""
+
 
 @dataclass(frozen=True)
 class DerivativeSet:
-    """Vectors in three coordinates: a product of balls around a center, or a cone that opens upwards and is cut.
+    """Vectors in three coordinates: the sum of a center, of a product of balls, and of a cone that is cut.
 
     Parameters
     ----------
     balls : tuple of (tuple of int, float)
-        Coordinates and radius of each ball; other coordinates are free.
+        Coordinates and radius of each ball; other coordinates are free where there is no cone.
     center : tuple of float
-        Of the balls, or the tip of the cone.
+        Of the balls, or the tip of the cone, which opens upwards.
     slope, height : float
         Of the cone: horizontal over vertical distance from its tip, and where it is cut; a height of 0 for no cone.
     """
@@ -74,12 +83,72 @@ class DerivativeSet:
 Sets = tuple[DerivativeSet, ...]
 
 
+@dataclass(frozen=True)
+class GrowingSet:
+    """Accelerations that a flight can have some time after it hovers, or before it hovers.
+
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    unit : DerivativeSet
+        A cone, whose half-angle grows, or balls, whose radii are shares of 1 that grow.
+    rate : float
+        What it grows by: an angle or a radius is at most rate t, or rate t^2 / 2.
+    power : int
+        Of time, 1 or 2: the flight hovers where its derivatives up to order 1 + power are zero.
+    """
+
+    name: str
+    unit: DerivativeSet
+    rate: float
+    power: int
+
+    def size(self, time: FloatArray) -> FloatArray:
+        """Return the half-angle or the radius at times [s]."""
+        return np.asarray(self.rate * time**self.power / self.power)
+
+    def support(self, along: FloatArray, time: FloatArray) -> FloatArray:
+        """Return how far it reaches at times (...) along vectors (..., 3): (...)."""
+        unit, size = self.unit, self.size(time)
+        if not unit.height:
+            return np.asarray(size * unit.support(along))
+        aside = np.sqrt((along[..., :2] ** 2).sum(axis=-1))
+        opened = np.maximum(along[..., 2] + self.slope(size) * aside, 0.0)
+        return np.asarray(replace(unit, height=0.0).support(along) + unit.height * opened)
+
+    def share(self, along: FloatArray, time: FloatArray) -> FloatArray:
+        """Return the parts of vectors (..., 3) that a set of thrusts up to a norm loses least by, at times (...).
+
+        Of a cone, what is left without the projection on it, along which alone it reaches nowhere (J. J. Moreau, 1962).
+        """
+        size = self.size(time)
+        if not self.unit.height:
+            return along
+        slope, upright = self.slope(size), along[..., 2]
+        aside = np.sqrt((along[..., :2] ** 2).sum(axis=-1))
+        height = np.where(aside > slope * upright, np.maximum(slope * aside + upright, 0.0) / (1.0 + slope**2), upright)
+        radius = np.minimum(aside, slope * height)
+        level = along[..., :2] * (radius / np.where(aside > 0.0, aside, 1.0))[..., None]
+        inside = np.concatenate((level, height[..., None]), axis=-1)
+        return np.asarray(np.where((size <= WIDEST)[..., None], along - inside, 0.0))
+
+    @staticmethod
+    def slope(angle: FloatArray) -> FloatArray:
+        """Return the slope of a cone of a half-angle, up to the widest."""
+        return np.asarray(np.tan(np.minimum(angle, WIDEST)) * BESIDE)
+
+
+Growing = tuple[GrowingSet, ...]
+
+
 class BoundingSets(NamedTuple):
-    """Sets of accelerations and of velocities, and names of the limits that are left out."""
+    """Sets of accelerations and of velocities, names of the limits that are left out, and sets after hovering."""
 
     accelerations: Sets
     velocities: Sets
     left_out: tuple[str, ...]
+    growing: Growing = ()
 
 
 def bounding_sets(limits: Limits, dim: int) -> BoundingSets:
@@ -105,8 +174,9 @@ def bounding_sets(limits: Limits, dim: int) -> BoundingSets:
         sets.sort(key=lambda one: -len(one.covered))
     left_out = [_named(name, limits.medium.drags) for name in given if name not in used]
     left_out += ["slower speeds of legs"] if limits.leg_speeds else []
-    left_out += ["single rotors"] if isinstance(limits, VehicleLimits) else []
-    return BoundingSets(tuple(of_order[2]), tuple(of_order[1]), tuple(left_out))
+    left_out += [ROTORS] if isinstance(limits, VehicleLimits) else []
+    growing = tuple(_growing(limits, given, norm, thrust)) if of_order[2] else ()
+    return BoundingSets(tuple(of_order[2]), tuple(of_order[1]), tuple(left_out), growing)
 
 
 def _parts(given: dict[str, float], name: str, up: str, down: str, whole: float, used: set[str]) -> DerivativeSet:
@@ -152,6 +222,50 @@ def _of_dragged_thrust(limits: Limits, given: dict[str, float]) -> tuple[list[De
     linear, quadratic = (max(map(float, values)) / mass for values in (drag.linear, drag.quadratic))
     most = given["max_thrust"] * limits.gravity + (linear + quadratic * speed) * speed
     return [DerivativeSet((((0, 1, 2), most * BESIDE),), (0.0, 0.0, -limits.gravity))], {"max_thrust"}
+
+
+def _growing(
+    limits: Limits, given: dict[str, float], norm: tuple[tuple[int, ...], ...], thrust: list[DerivativeSet]
+) -> Iterator[GrowingSet]:
+    """Yield what bounds accelerations soon after rest: jerk and snap, and how fast thrust turns from the vertical."""
+    unit = DerivativeSet(tuple((axes, 1.0) for axes in norm))
+    for power, name in ((1, "jerk"), (2, "snap")):
+        if name in given:
+            yield GrowingSet(KIND[name].label, unit, given[name] * BESIDE, power)
+    if "max_thrust" not in given or not thrust:
+        return
+    most, height = thrust[0].balls[0][1], given["max_thrust"] * limits.gravity * BESIDE
+    dragged = (((0, 1, 2), (most - height) * BESIDE),) if limits.medium.drags else ()
+    cone = DerivativeSet(dragged, thrust[0].center, height=height)
+    if "body_rate" in given:
+        yield GrowingSet(KIND["body_rate"].label, cone, given["body_rate"] * BESIDE, 1)
+    turning = most_angular_acceleration(limits) if isinstance(limits, VehicleLimits) else None
+    if turning is not None:
+        yield GrowingSet(ROTORS, cone, turning * BESIDE, 2)
+
+
+def most_angular_acceleration(limits: VehicleLimits) -> float | None:
+    r"""Return the most by which rotors change the rate at which the thrust axis turns [rad/s^2]; None where unknown.
+
+    Whatever the rate about that axis, Euler's equations with principal inertias :math:`I_x, I_y < I_z` change
+    :math:`Q = \sum_{i = x, y} I_i (I_z - I_i) \omega_i^2` by torques alone:
+    :math:`	frac12 \dot Q = \sum (I_z - I_i) \omega_i 	au_i`. So its root grows by
+    :math:`\max \sqrt{\sum (I_z - I_i) 	au_i^2 / I_i}` at most, and the axis turns at
+    :math:`\sqrt{Q / \min I_i (I_z - I_i)}` at most. With :math:`I_x = I_y` both have the factor :math:`I_z - I_x`.
+    """
+    vehicle = limits.vehicle
+    inertia = np.asarray(vehicle.inertia, dtype=np.float64)
+    own, upright = inertia.diagonal()[:2], float(inertia[2, 2])
+    if np.any(inertia != np.diag(inertia.diagonal())):
+        return None
+    excess = np.ones(2) if own[0] == own[1] else upright - own
+    if not excess.min() > 0.0:
+        return None
+    hover = vehicle.hover_thrust
+    ends = [hover + (1.0 - limits.reserve) * (thrust - hover) for thrust in vehicle.rotor_thrust_limits]
+    corners = np.array(list(product(ends, repeat=4)))
+    torques = corners @ np.asarray(vehicle.mixer)[1:3].T
+    return float(np.sqrt((excess * torques**2 / own).sum(axis=1).max() / (own * excess).min()))
 
 
 def _top_speed(limits: Limits, given: dict[str, float]) -> float:

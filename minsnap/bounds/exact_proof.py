@@ -6,18 +6,15 @@ that can only make the bound smaller.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
-from math import isqrt
-from typing import Any
 
 from minsnap.bounds.costate_proof import CostateProof
-from minsnap.bounds.derivative_sets import DerivativeSet, Sets
+from minsnap.bounds.derivative_sets import DerivativeSet, GrowingSet, Sets
+from minsnap.bounds.exact_numbers import Numbers, dot, exact, float_above, minus, root_above, root_below, tangent_above
 
-Numbers = list[Fraction]
-
-DIGITS = 80
-"""Bits to which a root is bounded, beyond those of the number."""
+WIDEST = Fraction(13, 10)
+"""Half-angle above which a cone is not used [rad]."""
 
 
 def proves(proof: CostateProof, seconds: float) -> bool:
@@ -40,17 +37,20 @@ def least_time_proved(proof: CostateProof) -> Fraction | None:
         rates = [minus(leg[0], leg[1]) for leg in costate]
     centers, chords, total = exact(course.centers), exact(proof.chords), Fraction(0)
     regions = list(zip(exact(course.rounds), exact(course.sides), strict=True))
-    # Each leg adds 2 sqrt((1 - a) b), where b is the product give or take the change. A line of the chord's slope that
-    # is not above the root at either end of that interval is nowhere above it: its height in the middle is what counts.
+    # Each leg adds the least of (1 - a) T + b / T, where b is the product give or take the change. It is concave in b:
+    # a line of the chord's slope that is not above it at either end of that interval is nowhere above it. Its height
+    # in the middle is what counts.
     for leg in range(legs):
-        room, lost = _leg_sums(proof, leg, grid[leg], costate[leg], rates[leg])
+        lost = _lost(proof, leg, grid[leg], costate[leg], rates[leg])
+        latest = _latest(proof, leg)
+        rooms = None if latest is None else _rooms(proof, leg, grid[leg], costate[leg], latest)
         product = dot(rates[leg], minus(centers[leg + 1], centers[leg]))
         change = reach(regions[leg], rates[leg]) + reach(regions[leg + 1], rates[leg])
-        if room is None or lost is None or room < 0 or product < change:
+        if latest is None or rooms is None or lost is None or min(rooms) < 0 or product < change:
             return None
         chord = chords[leg]
         ends = ((product + change, -chord * change), (product - change, chord * change))
-        total += min(2 * root_below(room * value) + turned for value, turned in ends) - lost
+        total += min(_least(rooms, latest, value) + turned for value, turned in ends) - lost
     # What the chords leave open, the place of each waypoint in its region, costs at most the region's reach along the
     # difference of the slopes of the legs beside it.
     turns = [[chord * x for x in rate] for chord, rate in zip(chords, rates, strict=True)]
@@ -64,29 +64,88 @@ def least_time_proved(proof: CostateProof) -> Fraction | None:
     return total
 
 
-def _leg_sums(
-    proof: CostateProof, leg: int, grid: Numbers, costate: list[Numbers], rate: Numbers
-) -> tuple[Fraction | None, Fraction | None]:
-    """Return what is left of 1, and the integral of the velocities' support; None where one is infinite."""
-    shares, rate_shares = exact(proof.splits[leg]), exact(proof.rate_splits[leg])
-    parts, room, lost = len(shares[0]) - 1, Fraction(1), Fraction(0)
+def _least(rooms: Numbers, latest: Numbers, product: Fraction) -> Fraction:
+    """Return a bound of (1 - a) T + b / T from below, where 1 - a is that of the interval of T."""
+    found = []
+    for begin, end, room in zip([Fraction(0), *latest], [*latest, None], rooms, strict=True):
+        if begin and product <= room * begin**2:
+            found.append(room * begin + product / begin)
+        elif end and product >= room * end**2:
+            found.append(room * end + product / end)
+        else:
+            found.append(2 * root_below(room * product))
+    return min(found)
+
+
+def _latest(proof: CostateProof, leg: int) -> Numbers | None:
+    """Return the ends of the intervals of a leg's duration, but for the last; None where they do not rise."""
+    known: list[Numbers] = [exact(proof.latest[end]) for end in _ends(proof, leg)]
+    first = known[0] if known else []
+    rising = all(a < b for a, b in zip([Fraction(0), *first], first, strict=False))
+    return first if rising and all(other == first for other in known) else None
+
+
+def _ends(proof: CostateProof, leg: int) -> list[int]:
+    """Return which ends of the flight a leg has: 0 its start, 1 its end."""
+    return [end for end in (0, 1) if leg == (0, len(proof.grid) - 1)[end]]
+
+
+def _rooms(proof: CostateProof, leg: int, grid: Numbers, costate: list[Numbers], latest: Numbers) -> Numbers | None:
+    """Return what is left of 1 in each interval of the leg's duration; None where a support is infinite."""
+    shares, parts = exact(proof.splits[leg]), len(proof.splits[leg][0]) - 1
+    own = {end: exact(proof.hovering[end]) for end in _ends(proof, leg)}
     if grid[0] != 0 or grid[-1] != 1 or any(a >= b for a, b in zip(grid, grid[1:], strict=False)):
-        return None, None
-    # The costate is linear in a cell, and a support function is convex: the trapezoid rule is not below its integral.
+        return None
+    rooms, values = [Fraction(1)] * (len(latest) + 1), list[Fraction | None]()
+    # The costate is linear in a part of a cell, and a support function is convex: the trapezoid rule is not below its
+    # integral. What a growing set shares is linear there too, and the set is that of the part's end.
+    for part in range(parts * (len(grid) - 1)):
+        cell, i = divmod(part, parts)
+        sides, width = list(zip(costate[cell], costate[cell + 1], strict=True)), (grid[cell + 1] - grid[cell]) / parts
+        places = [[(Fraction(parts - k) * a + k * b) / parts for a, b in sides] for k in (i, i + 1)]
+        now = [(place, shares[cell][k]) for k, place in zip((i, i + 1), places, strict=True)]
+        values = [values[1] if i else support(proof.accelerations, *now[0]), support(proof.accelerations, *now[1])]
+        begins = grid[cell] + i * width
+        for j in range(len(rooms)):
+            both, sets = values, tuple[DerivativeSet, ...]()
+            further: list[list[Numbers]] = [[], []]
+            for end in own if j < len(latest) else ():
+                time = latest[j] * (1 - begins if end else begins + width)
+                for g, one in enumerate(proof.growing):
+                    share = [own[end][j][part][side][g] for side in (0, 1)]
+                    then = grown(one, time) if any(map(any, share)) and proof.course.calm[end] > one.power else None
+                    if then is not None:
+                        sets, further = (*sets, then), [[*more, x] for more, x in zip(further, share, strict=True)]
+            if sets:
+                whole = (*proof.accelerations, *sets)
+                both = [support(whole, x, [*known, *more]) for (x, known), more in zip(now, further, strict=True)]
+            for value in both:
+                if value is None:
+                    return None
+                rooms[j] -= value * width / 2
+    return rooms
+
+
+def _lost(proof: CostateProof, leg: int, grid: Numbers, costate: list[Numbers], rate: Numbers) -> Fraction | None:
+    """Return the integral of the velocities' support; None where it is infinite."""
+    shares, lost = exact(proof.rate_splits[leg]), Fraction(0)
     for cell, (low, high) in enumerate(zip(grid, grid[1:], strict=False)):
-        first, last, width = costate[cell], costate[cell + 1], high - low
-        for i in range(parts + 1):
-            place = [(Fraction(parts - i) * a + i * b) / parts for a, b in zip(first, last, strict=True)]
-            value = support(proof.accelerations, place, shares[cell][i])
-            if value is None:
-                return None, None
-            room -= value * width / (parts * (1 if 0 < i < parts else 2))
-        moved = [b - a + width * x for a, b, x in zip(first, last, rate, strict=True)]
-        value = support(proof.velocities, moved, [[width * x for x in share] for share in rate_shares[cell]])
+        width = high - low
+        moved = [b - a + width * x for a, b, x in zip(costate[cell], costate[cell + 1], rate, strict=True)]
+        value = support(proof.velocities, moved, [[width * x for x in share] for share in shares[cell]])
         if value is None:
-            return None, None
+            return None
         lost += value
-    return room, lost
+    return lost
+
+
+def grown(one: GrowingSet, time: Fraction) -> DerivativeSet | None:
+    """Return a set that has grown for a time [s], or a little larger; None where it bounds nothing."""
+    size = Fraction(one.rate) * time**one.power / one.power
+    if one.unit.height:
+        return replace(one.unit, slope=float_above(tangent_above(size))) if size <= WIDEST else None
+    balls = tuple((axes, float_above(Fraction(radius) * size)) for axes, radius in one.unit.balls)
+    return replace(one.unit, balls=balls)
 
 
 def support(sets: Sets, whole: Numbers, shares: list[Numbers]) -> Fraction | None:
@@ -101,11 +160,11 @@ def support(sets: Sets, whole: Numbers, shares: list[Numbers]) -> Fraction | Non
 def support_of(one: DerivativeSet, along: Numbers) -> Fraction | None:
     """Return a bound of the support of one set."""
     value = dot([Fraction(x) for x in one.center], along)
+    covered = {axis for axes, _ in one.balls for axis in axes}
     if one.height:
         aside = root_above(along[0] ** 2 + along[1] ** 2)
-        return value + Fraction(one.height) * max(along[2] + Fraction(one.slope) * aside, Fraction(0))
-    covered = {axis for axes, _ in one.balls for axis in axes}
-    if any(x for axis, x in enumerate(along) if axis not in covered):
+        value += Fraction(one.height) * max(along[2] + Fraction(one.slope) * aside, Fraction(0))
+    elif any(x for axis, x in enumerate(along) if axis not in covered):
         return None
     norms = (Fraction(radius) * root_above(sum(along[axis] ** 2 for axis in axes)) for axes, radius in one.balls)
     return value + sum(norms)
@@ -115,35 +174,3 @@ def reach(region: tuple[list[Numbers], list[Numbers]], along: Numbers) -> Fracti
     """Return a bound of how far a region reaches from its center along a vector."""
     rounds, sides = region
     return root_above(sum(dot(row, along) ** 2 for row in rounds)) + sum(abs(dot(side, along)) for side in sides)
-
-
-def exact(values: Any) -> Any:
-    """Return an array as lists of rationals."""
-    listed = values.tolist() if hasattr(values, "tolist") else values
-    return [exact(one) for one in listed] if isinstance(listed, list) else Fraction(listed)
-
-
-def dot(one: Iterable[Fraction], other: Iterable[Fraction]) -> Fraction:
-    """Return the product of two vectors."""
-    return sum((a * b for a, b in zip(one, other, strict=True)), Fraction(0))
-
-
-def minus(one: Sequence[Fraction], other: Sequence[Fraction]) -> Numbers:
-    """Return the difference of two vectors."""
-    return [a - b for a, b in zip(one, other, strict=True)]
-
-
-def root_below(square: Fraction | int) -> Fraction:
-    """Return a rational that is not more than a root."""
-    number = Fraction(square)
-    shift = max(DIGITS + (number.denominator.bit_length() - number.numerator.bit_length()) // 2, 0)
-    return Fraction(isqrt((number.numerator << 2 * shift) // number.denominator), 1 << shift)
-
-
-def root_above(square: Fraction | int) -> Fraction:
-    """Return a rational that is not less than a root."""
-    number = Fraction(square)
-    if not number:
-        return number
-    shift = max(DIGITS + (number.denominator.bit_length() - number.numerator.bit_length()) // 2, 0)
-    return Fraction(isqrt(-(-(number.numerator << 2 * shift) // number.denominator)) + 1, 1 << shift)

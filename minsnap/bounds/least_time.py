@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -85,13 +85,14 @@ def least_time(
 ) -> TimeBound:
     """Return a time below which no flight passes the waypoints within limits: no polynomial, and no other curve.
 
-    Speed, acceleration, thrust and tilt bound it; other limits and the walls of a corridor are left out and named.
+    Speed, acceleration, thrust and tilt bound it; jerk, snap, body rate and the torque of a vehicle's rotors do so at
+    ends where the flight hovers. Other limits and the walls of a corridor are left out and named.
 
     Parameters
     ----------
     waypoints, limits, corridor, waypoint_tolerance, start, end, closed
-        As :func:`minsnap.plan` takes them. Of ``start`` and ``end`` the velocity counts, zero unless given; there is
-        no bound yet where it is free.
+        As :func:`minsnap.plan` takes them: at rest unless ``start`` or ``end`` says otherwise. There is no bound yet
+        where the velocity at an end is free.
 
     Returns
     -------
@@ -114,9 +115,20 @@ def least_time(
     checks.check_closing(lap, placement.points)
     checks.refuse_repeated(placement.points, "leave one of them out")
     free = np.full(placement.points.shape[1], np.nan)
-    ends = None if lap else np.stack([pinned[end].get(1, free) for end in (0, len(placement.points) - 1)])
+    both = (0, len(placement.points) - 1)
+    ends = None if lap else np.stack([pinned[end].get(1, free) for end in both])
     gates = {} if knots is None else knots.gates
-    return TimeQuestion(placement, gates, ends, limits, names_of(walls_of(constraints, placement.points))).bound
+    calm = (0, 0) if lap else (calm_order(pinned[0], HALF - 1), calm_order(pinned[both[1]], HALF - 1))
+    named = names_of(walls_of(constraints, placement.points))
+    return TimeQuestion(placement, gates, ends, limits, named, calm).bound
+
+
+def calm_order(pinned: Mapping[int, ArrayLike], most: int) -> int:
+    """Return the order up to which all pinned derivatives are zero, ``most`` at most."""
+    order = 0
+    while order < most and order + 1 in pinned and not np.any(pinned[order + 1]):
+        order += 1
+    return order
 
 
 def names_of(walls: Iterable[Walls]) -> tuple[str, ...]:
@@ -138,6 +150,8 @@ class TimeQuestion:
     limits : Limits
     beside : tuple of str
         What the flights keep besides: a corridor, obstacles, pins on the way.
+    calm : tuple of int
+        Order up to which the derivatives of the flights are zero at start and end, and continuous.
     """
 
     placement: Placement
@@ -145,6 +159,7 @@ class TimeQuestion:
     ends: FloatArray | None
     limits: Limits
     beside: tuple[str, ...] = ()
+    calm: tuple[int, int] = (0, 0)
 
     @cached_property
     def bound(self) -> TimeBound:
@@ -154,7 +169,7 @@ class TimeQuestion:
         if self.ends is not None and np.isnan(self.ends).any():
             return TimeBound(None, reason="the velocity at an end is free")
         course = passed_course(self.placement, self.gates, self.ends, self.ends is None)
-        return bound_of(course, self.limits, self.beside)
+        return bound_of(replace(course, calm=self.calm), self.limits, self.beside)
 
 
 def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ()) -> TimeBound:
@@ -173,6 +188,8 @@ def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ())
     proof = longest_proof(course, sets)
     if proof is None:
         return TimeBound(None, left_out, "no proof was found: it takes the native core")
+    grown = {one.name for g, one in enumerate(proof.growing) if proof.hovering[..., g, :].any()}
+    left_out = tuple(f"{name} between the ends" if name in grown else name for name in left_out)
     seconds, size = proof.seconds()
     seconds -= ROUNDED * size
     if not seconds > 0.0:

@@ -30,6 +30,8 @@ class PassedCourse(OwnsArrays):
         Velocities at start and end [m/s].
     closed : bool
         Whether the flight is a lap, with any velocity at its start and the same at its end; ``ends`` is zero then.
+    calm : tuple of int
+        Order up to which all derivatives of the flight are zero at start and end; 0 where nothing is known.
     """
 
     dim: int
@@ -38,6 +40,7 @@ class PassedCourse(OwnsArrays):
     sides: FloatArray
     ends: FloatArray
     closed: bool = False
+    calm: tuple[int, int] = (0, 0)
 
     @property
     def legs(self) -> int:
