@@ -408,11 +408,10 @@ def test_a_search_that_is_ended_before_its_yaw_is_slow_enough_says_so():
     assert max(ended) < rest
 
 
-@pytest.mark.parametrize(("seed", "most"), [(810235, 0.89), (810981, 1.32)])
-def test_a_search_without_an_end_goes_on_from_the_best_curve_inside(seed, most):
-    """What stood in for its end took 1.002 and 1.379 s."""
-    asked, _ = question(seed)
-    assert minsnap.plan(**asked).duration <= most
+def test_a_search_without_an_end_goes_on_from_the_best_curve_inside():
+    """What stood in for its end took 1.002 s."""
+    asked, _ = question(810235)
+    assert minsnap.plan(**asked).duration <= 0.89
 
 
 def test_a_search_that_goes_on_from_a_curve_inside_has_an_end_with_more_pieces():
