@@ -1,7 +1,7 @@
 """How near flights are to the least time of any curve: gaps, and the processor time of the bound over that of the plan.
 
 Every bound is verified in exact rationals.
-Run it by hand: ``python benchmarks/bench_bound.py [--random 100] [course ...]``.
+Run it by hand: ``python benchmarks/bench_bound.py [--random 180] [course ...]``.
 """
 
 from __future__ import annotations
@@ -14,17 +14,21 @@ from typing import Any
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
+from bench_rotors import vehicle
 from courses import names, read_course
 from measure import least_times, machine, table
 
 import minsnap
 from minsnap import Limits
 
-KINDS = ("speed, acceleration", "along axes", "thrust", "thrust, tilt", "speed, thrust, tilt")
+KINDS = (
+    *("speed, acceleration", "along axes", "thrust", "thrust, tilt", "speed, thrust, tilt"),
+    *("speed, acceleration, jerk", "thrust, body rate", "rotors", "rotors, yaw free"),
+)
 
 
 def question(number: int) -> dict[str, Any]:
-    """Return a random course of two to nine legs, from rest to rest, within limits that a bound knows."""
+    """Return a random course of two to nine legs, from rest to rest, within limits that a bound knows, or knows there."""
     draw = np.random.default_rng(number)
     points = np.cumsum(draw.normal(size=(int(draw.integers(3, 11)), 3)) * (3, 3, 1), axis=0)
     speed, acceleration, thrust, tilt = draw.uniform((2, 3, 1.5, 0.4), (8, 12, 3.5, 1.1))
@@ -34,8 +38,13 @@ def question(number: int) -> dict[str, Any]:
         "thrust": Limits(max_thrust=thrust),
         "thrust, tilt": Limits(max_thrust=thrust, tilt=tilt),
         "speed, thrust, tilt": Limits(speed=speed, max_thrust=thrust, tilt=tilt),
+        "speed, acceleration, jerk": Limits(speed=speed, acceleration=acceleration, jerk=5.0 * acceleration),
+        "thrust, body rate": Limits(max_thrust=thrust, body_rate=6.0),
+        "rotors": Limits.of(vehicle()),
+        "rotors, yaw free": Limits.of(vehicle()),
     }
-    return {"waypoints": points, "limits": limits[KINDS[number % len(KINDS)]]}
+    kind = KINDS[number % len(KINDS)]
+    return {"waypoints": points, "limits": limits[kind], **({"yaw": "tilt"} if kind == "rotors, yaw free" else {})}
 
 
 def bounded(arguments: dict[str, Any], pieces: int | str, seconds: float) -> tuple[float, Any, float, float]:
@@ -80,7 +89,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("courses", nargs="*", help="names of files in benchmarks/courses; all of them by default")
-    parser.add_argument("--random", type=int, default=100)
+    parser.add_argument("--random", type=int, default=180)
     asked = parser.parse_args()
     print(*machine(), sep="\n")
     print()

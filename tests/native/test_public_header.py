@@ -165,6 +165,8 @@ def test_the_certificate_of_python_confirms_what_rotors_keep(name, further):
         ({"acceleration": 4.0}, 0.2),
         ({"speed": 3.0}, 0.2),
         ({"max_thrust": 1.7, "tilt": 0.6}, 0.0),
+        ({"acceleration": 4.0, "jerk": 20.0, "snap": 300.0}, 0.2),
+        ({"max_thrust": 1.7, "body_rate": 4.0}, 0.0),
     ],
 )
 def test_the_least_time_is_that_of_python(limits, ball):
@@ -177,8 +179,8 @@ def test_the_least_time_is_that_of_python(limits, ball):
     asked.limits = ctypes.addressof(bounds)
     assert native.minsnap_least_time(planner, ctypes.byref(asked), ctypes.byref(seconds)) == 0
     native.minsnap_close(planner)
-    tolerance, known = minsnap.Ball(ball) if ball else None, {k: v for k, v in limits.items() if k != "jerk"}
-    bound = minsnap.least_time(LINE, minsnap.Limits(**known), waypoint_tolerance=tolerance)
+    tolerance = minsnap.Ball(ball) if ball else None
+    bound = minsnap.least_time(LINE, minsnap.Limits(**limits), waypoint_tolerance=tolerance)
     assert seconds.value == pytest.approx(bound.seconds, rel=1e-6)
 
 

@@ -17,6 +17,10 @@ struct BoundSettings {
     static constexpr double fast = 30.0;         // speed that no shortest flight has, over that of an acceleration along the whole way
     static constexpr double least = 1e-7;        // share of a leg in which its speed is reached that counts as at once
     static constexpr double factors[] = {1.0, 0.999, 0.9997, 1.0003, 1.001};  // that are tried on the costate
+    static constexpr double larger = 1.015;                                   // the same where flights begin or end hovering
+    static constexpr double later[] = {0.97, 1.02, 1.06, 1.1,
+                                       1.16, 1.25, 1.5};   // ends of intervals of such a leg's duration, over that at the bound
+    static constexpr double widest = 1.2;                  // half-angle up to which a cone around the vertical counts [rad]
     static constexpr double rounded = 1e-10;               // share of what a time is the sum of by which it is rounded down
     static constexpr double beside = 1.0 + 8.0 * 0x1p-53;  // factor on what is computed from limits
 };
@@ -46,6 +50,33 @@ struct Reachable {
     }
 };
 
+// Accelerations that a flight can have some time after it hovers, or before it hovers: a cone whose half-angle grows, or a ball whose radius does.
+struct Growing {
+    Reachable unit;
+    double rate;
+    int power;  // of time: the flight hovers where its derivatives up to 1 + power are zero
+
+    double size(double time) const { return rate * (power == 1 ? time : 0.5 * time * time); }
+    static double slope(double angle) { return std::tan(std::min(angle, B::widest)) * B::beside; }
+
+    double support(const double *x, double time) const {
+        if (unit.height == 0.0) return size(time) * unit.support(x);
+        Reachable grown = unit;
+        grown.slope = slope(size(time));
+        return grown.support(x);
+    }
+
+    // What a set of thrusts up to a norm loses least by: all, or what the projection on the cone leaves (J. J. Moreau, 1962).
+    void share(const double *x, double time, double *own) const {
+        for (int d = 0; d < 3; ++d) own[d] = x[d];
+        if (unit.height == 0.0) return;
+        const double angle = size(time), steep = slope(angle), aside = std::sqrt(x[0] * x[0] + x[1] * x[1]);
+        const double height = aside > steep * x[2] ? std::max(steep * aside + x[2], 0.0) / (1.0 + steep * steep) : x[2];
+        const double level = std::min(aside, steep * height) / (aside > 0.0 ? aside : 1.0);
+        for (int d = 0; d < 3; ++d) own[d] = angle <= B::widest ? x[d] - (d < 2 ? level * x[d] : height) : 0.0;
+    }
+};
+
 class TimeBound {
 public:
     explicit TimeBound(const Course &course) : course_(course) {}
@@ -58,7 +89,11 @@ public:
         const Status status = search();
         if (status != Status::done) return status;
         seconds = -infinite;
-        for (const double factor : B::factors) seconds = std::max(seconds, proved(factor));
+        double best = 1.0;
+        for (const double factor : B::factors)
+            if (const double found = proved(factor, false); found > seconds) seconds = found, best = factor;
+        if (growing_ > 0 && std::max(calm_[0], calm_[1]) > 1)
+            seconds = std::max({seconds, proved(best, true), proved(B::larger * best, true)});
         return seconds > 0.0 ? Status::done : Status::not_proved;
     }
 
@@ -75,6 +110,66 @@ private:
         }
         if (bounds.tilt < infinite && height < infinite && !bounds.drags())
             accelerations_[own_++] = {3, -g, 0.0, std::tan(bounds.tilt) * B::beside, height * B::beside};
+        if (own_ > 0) make_growing(bounds);
+    }
+
+    // What bounds accelerations soon after rest: jerk and snap, and how fast thrust turns from the vertical.
+    void make_growing(const Bounds &bounds) {
+        for (int power = 1; power <= 2; ++power)
+            if (bounds.norm[1 + power] < infinite)
+                grows_[growing_++] = {{course_.dim, 0.0, 1.0, 0.0, 0.0}, bounds.norm[1 + power] * B::beside, power};
+        if (!(bounds.most_thrust < infinite) || bounds.drags()) return;
+        const Reachable cone = {3, -bounds.gravity, 0.0, 0.0, bounds.most_thrust * bounds.gravity * B::beside};
+        if (bounds.body_rate < infinite) grows_[growing_++] = {cone, bounds.body_rate * B::beside, 1};
+        if (bounds.vehicle == nullptr) return;
+        if (const double turning = most_angular_acceleration(bounds); turning > 0.0) grows_[growing_++] = {cone, turning * B::beside, 2};
+    }
+
+    // The most by which rotors change the rate at which the thrust axis turns, or 0 where that is not known: see minsnap/bounds/derivative_sets.py.
+    static double most_angular_acceleration(const Bounds &bounds) {
+        const double *const inertia = bounds.vehicle->inertia, own[2] = {inertia[0], inertia[4]};
+        for (int k = 0; k < 9; ++k)
+            if (k % 4 != 0 && inertia[k] != 0.0) return 0.0;
+        const bool alike = own[0] == own[1];
+        const double excess[2] = {alike ? 1.0 : inertia[8] - own[0], alike ? 1.0 : inertia[8] - own[1]};
+        if (!(std::min(excess[0], excess[1]) > 0.0)) return 0.0;
+        double torques[4][4], most = 0.0;
+        if (!invert(bounds.vehicle->mixer, torques)) return 0.0;
+        for (int corner = 0; corner < 16; ++corner) {
+            double sum = 0.0;
+            for (int axis = 0; axis < 2; ++axis) {
+                double torque = 0.0;
+                for (int rotor = 0; rotor < 4; ++rotor)
+                    torque +=
+                        torques[1 + axis][rotor] * (bounds.hover() + (corner >> rotor & 1 ? bounds.room_above() : -bounds.room_below()));
+                sum += excess[axis] * torque * torque / own[axis];
+            }
+            most = std::max(most, sum);
+        }
+        return std::sqrt(most / std::min(own[0] * excess[0], own[1] * excess[1]));
+    }
+
+    // By elimination with the largest pivots.
+    static bool invert(const double *matrix, double inverse[4][4]) {
+        double rows[4][8] = {};
+        for (int i = 0; i < 4; ++i) {
+            for (int j = 0; j < 4; ++j) rows[i][j] = matrix[4 * i + j];
+            rows[i][4 + i] = 1.0;
+        }
+        for (int k = 0; k < 4; ++k) {
+            int pivot = k;
+            for (int i = k + 1; i < 4; ++i)
+                if (std::fabs(rows[i][k]) > std::fabs(rows[pivot][k])) pivot = i;
+            if (rows[pivot][k] == 0.0) return false;
+            for (int j = 0; j < 8; ++j) std::swap(rows[k][j], rows[pivot][j]);
+            for (int i = 0; i < 4; ++i) {
+                const double factor = i == k ? 0.0 : rows[i][k] / rows[k][k];
+                for (int j = 0; j < 8; ++j) rows[i][j] -= factor * rows[k][j];
+            }
+        }
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j) inverse[i][j] = rows[i][4 + j] / rows[i][i];
+        return true;
     }
 
     bool leaves(std::int64_t one, std::int64_t other) const {
@@ -108,6 +203,12 @@ private:
                     d < course_.dim ? course_.state(keep[std::size_t(k + 1)])[d] - course_.state(keep[std::size_t(k)])[d] : 0.0;
         for (int end = 0; end < 2; ++end)
             for (int d = 0; d < course_.dim && !course_.closed; ++d) ends_[3 * end + d] = course_.state(end * last)[course_.dim + d];
+        for (int end = 0; end < 2 && !course_.closed; ++end)
+            for (int order = 1; order < course_.half && calm_[end] == order - 1; ++order) {
+                bool zero = true;
+                for (int d = 0; d < course_.dim; ++d) zero = zero && course_.state(end * last)[order * course_.dim + d] == 0.0;
+                calm_[end] += zero;
+            }
         return true;
     }
 
@@ -228,24 +329,30 @@ private:
         return own_ > 0 ? accelerations_[0].support(rest) + sum : 0.0;
     }
 
+    // The costate times a factor at an instant of a cell, and what the sets after the first share of it.
+    void at_instant(std::int64_t leg, std::int64_t cell, std::int64_t i, double factor, double *whole, double *shares) const {
+        const std::int64_t more = std::max(own_, 1) - 1, low = std::min<std::int64_t>(i / B::finer, parts_ - 1);
+        const double *const p = costate_.data() + 3 * (leg * (fine_ + 1) + cell), *const splits = splits_.data() + (leg * fine_ + cell) *
+                                                                                                                       (parts_ + 1) * more *
+                                                                                                                       3;
+        const double share = double(i) / double(parts_ * B::finer), past = double(i) / B::finer - double(low);
+        for (int d = 0; d < 3; ++d) whole[d] = factor * ((1.0 - share) * p[d] + share * p[3 + d]);
+        for (std::int64_t j = 0; j < 3 * more; ++j)
+            shares[j] = factor * ((1.0 - past) * splits[low * more * 3 + j] + past * splits[(low + 1) * more * 3 + j]);
+    }
+
     // 1 - a, b, X and the integral of the velocities' support of a leg.
     void sums(std::int64_t leg, double factor, double &room, double &product, double &change, double &lost) const {
-        const std::int64_t more = std::max(own_, 1) - 1, steps = parts_ * B::finer;
+        const std::int64_t steps = parts_ * B::finer;
         const double *const grid = grid_.data() + leg * (fine_ + 1), *const costate = costate_.data() + 3 * leg * (fine_ + 1);
         double used = 0.0;
         lost = 0.0;
         for (int cell = 0; cell < fine_; ++cell) {
             const double width = grid[cell + 1] - grid[cell], *const p = costate + 3 * cell;
-            const double *const splits = splits_.data() + (leg * fine_ + cell) * (parts_ + 1) * more * 3;
             double inside = 0.0, moved[3];
             for (std::int64_t i = 0; i <= steps; ++i) {
-                const double share = double(i) / double(steps), place = double(i) / B::finer;
-                const std::int64_t low = std::min<std::int64_t>(i / B::finer, parts_ - 1);
                 double whole[3], shares[6];
-                for (int d = 0; d < 3; ++d) whole[d] = factor * ((1.0 - share) * p[d] + share * p[3 + d]);
-                for (std::int64_t j = 0; j < 3 * more; ++j)
-                    shares[j] = factor * ((1.0 - (place - double(low))) * splits[low * more * 3 + j] +
-                                          (place - double(low)) * splits[(low + 1) * more * 3 + j]);
+                at_instant(leg, cell, i, factor, whole, shares);
                 inside += supported(whole, shares) * (i == 0 || i == steps ? 0.5 : 1.0) / double(steps);
             }
             used += inside * width;
@@ -257,18 +364,73 @@ private:
         change = factor * size(rate) * (radii_[std::size_t(leg)] + radii_[std::size_t(leg + 1)]);
     }
 
+    // What growing sets add to the room of a leg at an end, for its durations up to each of some, and these.
+    void add_growing(std::int64_t leg, double factor, double time, double *saved, double *latest) const {
+        const std::int64_t more = std::max(own_, 1) - 1, steps = parts_ * B::finer;
+        const double *const grid = grid_.data() + leg * (fine_ + 1), *const costate = costate_.data() + 3 * leg * (fine_ + 1);
+        for (int j = 0; j < intervals; ++j) saved[j] = 0.0, latest[j] = B::later[j] * time;
+        for (std::int64_t part = 0; part < fine_ * steps; ++part) {
+            const std::int64_t cell = part / steps, i = part % steps;
+            const double width = (grid[cell + 1] - grid[cell]) / double(steps), begins = grid[cell] + width * double(i);
+            double whole[2][3], shares[2][6], rest[2][3], before[2];
+            for (int side = 0; side < 2; ++side) {
+                at_instant(leg, cell, i + side, factor, whole[side], shares[side]);
+                before[side] = supported(whole[side], shares[side]);
+                for (int d = 0; d < 3; ++d) {
+                    rest[side][d] = whole[side][d];
+                    for (std::int64_t m = 0; m < more; ++m) rest[side][d] -= shares[side][3 * m + d];
+                }
+            }
+            for (int j = 0; j < intervals; ++j)
+                for (int end = 0; end < 2; ++end) {
+                    if (leg != (end == 0 ? 0 : legs_ - 1)) continue;
+                    const double share = end == 0 ? begins + width : 1.0 - begins, after = share * latest[j];
+                    if (legs_ == 1 && share > 0.5 + 1e-9) continue;  // half of a single leg each
+                    double most = 0.0;
+                    for (int g = 0; g < growing_; ++g) {
+                        if (calm_[end] <= grows_[g].power) continue;
+                        double gain = 0.0;
+                        for (int side = 0; side < 2; ++side) {
+                            double own[3], left[3];
+                            grows_[g].share(rest[side], after, own);
+                            for (int d = 0; d < 3; ++d) left[d] = whole[side][d] - own[d];
+                            gain += before[side] - supported(left, shares[side]) - grows_[g].support(own, after);
+                        }
+                        most = std::max(most, gain);
+                    }
+                    saved[j] += 0.5 * width * most;
+                }
+        }
+    }
+
+    // The least of (1 - a) T + b / T over the intervals of a leg's duration T.
+    static double least(double room, double product, const double *saved, const double *latest) {
+        double found = infinite;
+        for (int j = 0; j <= intervals; ++j) {
+            const double here = room + (j < intervals ? saved[j] : 0.0), begin = j > 0 ? latest[j - 1] : 1e-300;
+            const double at = std::min(std::max(std::sqrt(product / here), begin), j < intervals ? latest[j] : infinite);
+            found = std::min(found, here * at + product / at);
+        }
+        return found;
+    }
+
     // The time that the costate times a factor proves, rounded down; less than zero where it proves none.
-    double proved(double factor) {
+    double proved(double factor, bool hovers) {
         double seconds = 0.0, all = 0.0, room, product, change, lost;
         if (!turned_.allocate(std::size_t(3 * (legs_ + 1)))) return -infinite;
         std::fill(turned_.data(), turned_.data() + 3 * (legs_ + 1), 0.0);
         for (std::int64_t leg = 0; leg < legs_; ++leg) {
             sums(leg, factor, room, product, change, lost);
             if (!(room > 0.0 && product >= change)) return -infinite;
-            const double most = 2.0 * std::sqrt(room * (product + change)), fewest = 2.0 * std::sqrt(room * (product - change));
+            double most = 2.0 * std::sqrt(room * (product + change)), fewest = 2.0 * std::sqrt(room * (product - change));
+            if (hovers && (leg == 0 || leg == legs_ - 1)) {
+                double saved[intervals], latest[intervals];
+                add_growing(leg, factor, std::sqrt(product / room), saved, latest);
+                most = least(room, product + change, saved, latest), fewest = least(room, product - change, saved, latest);
+            }
             const double chord = change > 1e-6 * product ? (most - fewest) / (2.0 * change) : std::sqrt(room / product);
-            const double least = std::min(most - chord * change, fewest + chord * change);
-            seconds += least - lost, all += std::fabs(least) + lost;
+            const double found = std::min(most - chord * change, fewest + chord * change);
+            seconds += found - lost, all += std::fabs(found) + lost;
             for (int d = 0; d < 3; ++d) {
                 const double turn = chord * factor * rate_[std::size_t(3 * leg + d)];
                 turned_[std::size_t(3 * leg + d)] += turn, turned_[std::size_t(3 * leg + 3 + d)] -= turn;
@@ -287,9 +449,12 @@ private:
         return seconds + ends - B::rounded * (all + std::fabs(ends));
     }
 
+    static constexpr int intervals = int(sizeof(B::later) / sizeof(double));
+
     const Course &course_;
     Reachable accelerations_[3] = {}, velocities_[1] = {};
-    int own_ = 0, fast_ = 0, fine_ = 1, parts_ = 1;
+    Growing grows_[4] = {};
+    int own_ = 0, fast_ = 0, growing_ = 0, fine_ = 1, parts_ = 1, calm_[2] = {};
     bool linear_ = false, advances_ = false;
     std::int64_t legs_ = 0;
     double ends_[6] = {};
