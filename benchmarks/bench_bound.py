@@ -28,7 +28,7 @@ KINDS = (
 
 
 def question(number: int) -> dict[str, Any]:
-    """Return a random course of two to nine legs, from rest to rest, within limits that a bound knows, or knows there."""
+    """Return a random course of two to nine legs, from rest to rest, within limits that a bound knows in part."""
     draw = np.random.default_rng(number)
     points = np.cumsum(draw.normal(size=(int(draw.integers(3, 11)), 3)) * (3, 3, 1), axis=0)
     speed, acceleration, thrust, tilt = draw.uniform((2, 3, 1.5, 0.4), (8, 12, 3.5, 1.1))
