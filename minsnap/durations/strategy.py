@@ -388,6 +388,11 @@ class Strategy:
             return (self._at_once if total > 0.0 else self._search)(question).solved
         return None
 
+    def of_total(self, total: float) -> SolvedTask | None:
+        """Search from rest for about the price of a total [s], then for the total; None where either has no plan."""
+        priced = self.cheapest(self.rest, price=significant(worth_of_time(self.rest.trajectory)))
+        return None if priced is None or self.interrupted else self.cheapest(priced, total=total)
+
     @cached_property
     def rest(self) -> SolvedTask:
         """The curve with rest at every waypoint: in the total, or as slowly as the price of time and limits ask for."""

@@ -47,7 +47,6 @@ AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
 NEAR_FREE = 3.0
 """Use of limits by the plan without them up to which a search from it is tried."""
 
-
 HIGH = 100.0
 """Price of time for a short plan, over what its time is worth where it rests at every waypoint."""
 
@@ -184,32 +183,27 @@ def _at_price(search: Strategy, price: float, free: Timed | None) -> PlanOutcome
 
 
 def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
-    """Search for a total from rest, the shortest plan, and that near the limits without them; take the cheapest.
+    """Search for a total from the plan of about its price, and the one without limits near them; take the cheaper.
 
-    Where none has one, what moves at its ends may be outside when flown so slowly: a search from the plan of the total
-    in the middle follows. Else the shortest plan itself is lengthened.
+    Where neither has one, search from the shortest plan; where that has none, lengthen it.
     """
     task, timing, total = search.task, search.timing, search.timing.total
-    shortest = search.run()
-    if shortest.planned is None:
-        return shortest
-    fastest, least = shortest.planned.solved, shortest.planned.trajectory.duration
-    if least * (1.0 - KEPT) > total:
-        return PlanOutcome(reason=shorter_than_found(total, fastest.trajectory.duration))
-    ended = free is not None and free.interrupted
-
-    def searched_from(start: SolvedTask) -> SolvedTask | None:
-        return None if ended or search.interrupted else search.cheapest(start, total=total)
-
-    starts = [] if free is None or not _is_near(search, free) else [free.solved]
-    plans = [found for found in map(searched_from, (*starts, search.rest, fastest)) if found is not None]
-    if not plans and not (ended or search.interrupted):
-        middle = search.cheapest(fastest, total=significant(float(np.sqrt(least * total))))
-        last = None if middle is None else searched_from(middle)
-        plans = [] if last is None else [last]
-    run = Run(search.found.steps, ended or search.interrupted)
+    early, found = free is not None and free.interrupted, list[SolvedTask | None]()
+    if not early:
+        near = None if free is None or not _is_near(search, free) else search.cheapest(free.solved, total=total)
+        found = [near, search.of_total(total)]
+    if not any(found):
+        shortest = search.run()
+        if shortest.planned is None:
+            return shortest
+        fastest, least = shortest.planned.solved, shortest.planned.trajectory.duration
+        if least * (1.0 - KEPT) > total:
+            return PlanOutcome(reason=shorter_than_found(total, fastest.trajectory.duration))
+        found = [None if early or search.interrupted else search.cheapest(fastest, total=total)]
+    run = Run(search.found.steps, early or search.interrupted)
+    plans = [_cheaper(one, task, timing, run) for one in found if one is not None]
     if plans:
-        return PlanOutcome(min((_cheaper(one, task, timing, run) for one in plans), key=lambda one: one.cost))
+        return PlanOutcome(min(plans, key=lambda one: one.cost))
     slower = _lengthened(task, fastest, timing, run)
     return PlanOutcome(slower, None if slower else only_found(total, fastest.trajectory.duration))
 
@@ -233,11 +227,13 @@ def from_rest(task: Task, timing: Timing) -> Timed | None:
     if search is None:
         return None
     rest = search.rest
-    if timing.shortest:
+    if timing.total_time is not None:
+        found = search.cheapest(rest, total=timing.total_time)
+    elif timing.time_weight is not None:
+        found = search.cheapest(rest, price=timing.time_weight)
+    else:
         found = search.cheapest(rest, price=significant(HIGH * worth_of_time(rest.trajectory)))
         found = found or search.cheapest(rest, total=rest.trajectory.duration)
-    else:
-        found = search.cheapest(rest, timing.time_weight or 0.0, timing.total_time or 0.0)
     return None if found is None else _cheaper(found, task, timing, search.found)
 
 
