@@ -204,7 +204,7 @@ def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
     plans = [_cheaper(one, task, timing, run) for one in found if one is not None]
     if plans:
         return PlanOutcome(min(plans, key=lambda one: one.cost))
-    slower = _lengthened(task, fastest, timing, run)
+    slower = _lengthened(fastest, timing, run)
     return PlanOutcome(slower, None if slower else only_found(total, fastest.trajectory.duration))
 
 
@@ -248,26 +248,13 @@ def _cheaper(found: SolvedTask, asked: Task, timing: Timing, run: Run) -> Timed:
     return whole if planned is None or planned.cost > whole.cost else planned
 
 
-def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
-    """Take more time: the same path flown more slowly, or solves where pinned derivatives do not scale.
-
-    The legs at ends that move are tried in their own time too, as the curve would swing further out in more.
-    """
-    total, task, durations = timing.total, best.task, best.trajectory.durations
-    factor = total / best.trajectory.duration
-    if task.still or factor <= 1.0 + KEPT:
-        slower = timed(best, run, factor)
-        if keeps(timing.bounds, slower.trajectory):
-            return slower
-    between = durations.copy()
-    between[: task.pieces * (0 in task.moving)] = 0.0
-    between[len(between) - task.pieces * (task.legs in task.moving) :] = 0.0
-    tried = [factor * durations]
-    if between.any():
-        tried.append(durations + (total - durations.sum()) / between.sum() * between)
-    plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), timing, run)
-    planned = (plan(durations) or searched_in_time(best, task, timing, durations, run) for durations in tried)
-    return next((one for one in planned if one is not None), None)
+def _lengthened(best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
+    """Take more time: the same path flown more slowly, or a search where pinned derivatives do not scale."""
+    factor = timing.total / best.trajectory.duration
+    slower = timed(best, run, factor)
+    if (best.task.still or factor <= 1.0 + KEPT) and keeps(timing.bounds, slower.trajectory):
+        return slower
+    return searched_in_time(best, best.task, timing, factor * best.trajectory.durations, run)
 
 
 def searched_in_time(
