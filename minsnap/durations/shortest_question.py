@@ -364,8 +364,3 @@ def _rotor_thrust_per_squared_rate(vehicle: Quadrotor) -> float:
     """Most thrust of a rotor for a turn at a rate of one, whose torque comes from unequal inertias [N s^2]."""
     (first, mixed), (_, second) = vehicle.inertia[:2, :2]
     return float(np.abs(vehicle.inverse_mixer[:, 3]).max() * np.hypot((second - first) / 2.0, mixed))
-
-
-def leaving_room(limits: VehicleLimits, share: float) -> VehicleLimits:
-    """Return limits with a share of the rotors' room left besides their reserve."""
-    return replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - share))

@@ -5,17 +5,16 @@
    A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
    most used limit is just kept; where that does not help, the limits are tightened.  Within rotors fewer pieces come
    first, which are divided; where the yaw is known, every search from rest begins with a body that is easy to turn.
-   Where that turns, the search goes on from its own curve while that changes it.
+   Where that turns, the search goes on from its own curve while that changes it.  One along the velocity, which the
+   first search does not know, is held where that is slow: as much room is left there as the next curve needs.
    Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
 2. Where no curve is certified, the least cost in barely longer durations of what the search left.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
-4. Where the torque of a yaw along the velocity makes a plan slow, searches with more and less of the rotors' room left
-   to it.
-5. The shortest curve inside all limits that any of these searches came by on its way.
-6. Rest at every waypoint, where the search was ended, or longer times are asked for.
+4. The shortest curve inside all limits that any of these searches came by on its way.
+5. Rest at every waypoint, where the search was ended, or longer times are asked for.
 
 The shortest flight of all is taken; without any, the reason why there is none.  Time, work and Ctrl-C end it between
 two of them with the best so far.  Every smaller number of pieces is searched the same way (``starts.py``).
@@ -44,7 +43,6 @@ from minsnap.durations.shortest_question import (
     begun_from,
     coasting_guess,
     guess_of,
-    leaving_room,
     question_of,
     turning_of,
     with_rates,
@@ -116,8 +114,8 @@ class StrategySettings:
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     slow_by_turns : float
         Factor on the time of a search beyond which a plan is slow by what it does not know, the torque of a yaw.
-    bisections : int
-        How often the interval of the rotors' room for that yaw is halved.
+    held_room : float
+        Largest share by which limits are tightened where a yaw along the velocity is held.
     turnings : int
         How often a search is repeated for a yaw that its own curve has changed.
     worth_turning : float
@@ -142,7 +140,7 @@ class StrategySettings:
     longer_factors: tuple[float, ...] = (1.01, 1.03, 1.06, 1.1)
     slower_share: float = 1e-3
     slow_by_turns: float = 1.02
-    bisections: int = 3
+    held_room: float = 0.05
     turnings: int = 4
     worth_turning: float = 5e-4
     turned: float = 1e-3
@@ -161,8 +159,6 @@ class Attempt:
         The plan of the shortest flight, certified.
     curve : ShortestCurve or None
         The last curve of a search, which need not be inside.
-    fastest : float
-        Least time of a curve that a search kept within the limits that it knows [s].
     reason : LimitError, SolverError or None
         What was in the way of a plan, where that is known.
     stands_in : bool
@@ -171,16 +167,14 @@ class Attempt:
 
     solved: SolvedTask | None = None
     curve: ShortestCurve | None = None
-    fastest: float = np.inf
     reason: LimitError | SolverError | None = None
     stands_in: bool = False
 
     def then(self, later: Attempt) -> Attempt:
         """Return what both found: the shorter flight, and the later curve."""
-        fastest, reason = min(self.fastest, later.fastest), self.reason or later.reason
         solved = shorter(self.solved, later.solved)
         stands_in = self.stands_in if solved is self.solved else later.stands_in
-        return Attempt(solved, later.curve or self.curve, fastest, reason, stands_in)
+        return Attempt(solved, later.curve or self.curve, self.reason or later.reason, stands_in)
 
     @property
     def hopeless(self) -> bool:
@@ -249,7 +243,6 @@ class Strategy:
             found = self._next(found, self._in_longer_durations)
         if found.solved is None or found.stands_in:
             found = self._next(found, self._in_durations_found)
-        found = self._next(found, self._with_room)
         if not found.hopeless:
             found = found.then(self._spare(found))
         solved = found.solved
@@ -329,8 +322,7 @@ class Strategy:
         guess = None if solved is None else guess_of(solved.trajectory, fewer.task, slower)
         if solved is not None and guess is not None:  # several pieces are divided, then cut anew
             parts = (*question.parts[1:], 1) if self.eases else question.parts
-            turning = question.turning and turning_of(self.limits, solved.flown)
-            question = replace(question, guess=guess, parts=parts, turning=turning)
+            question = self._holding(replace(question, guess=guess, parts=parts), solved.flown, self.limits)
         return found.then(self._certified(question, self.limits, self._slower_share))
 
     @property
@@ -351,11 +343,8 @@ class Strategy:
     @property
     def _slower_share(self) -> float:
         """Share by which a plan may be slower than the curve of its search."""
-        return (
-            np.inf
-            if self._yawed and not (self._follows or self._begun.yaw.constant is not None)
-            else SETTINGS.slower_share
-        )
+        turns = self._yawed and self._begun.yaw.constant is None
+        return np.inf if turns and not self._veers else SETTINGS.slower_share
 
     def cheapest_in_durations(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
@@ -363,7 +352,8 @@ class Strategy:
         guess = guess_of(curve, replace(task, pieces=first.task.pieces))
         if guess is None or task.continuity > task.half - 1:
             return None
-        question = begun_from(self._question, replace(guess, durations=durations))
+        question = self._holding(self._question, first.flown, self.limits)
+        question = begun_from(question, replace(guess, durations=durations))
         price = significant(worth_of_time(curve))
         held = replace(question, parts=(), price=price, timed=True, moving=True)
         return self._certified(held, self.limits, SETTINGS.slower_share).solved
@@ -421,14 +411,15 @@ class Strategy:
 
     @property
     def _veers(self) -> bool:
-        """Whether rotors are limited under a yaw along the velocity, of which a first search takes the least torque."""
+        """Whether rotors are limited under a yaw along the velocity, which a first search does not know."""
         return self._yawed and isinstance(self._begun.yaw, VelocityHeading)
 
     @property
     def _turns(self) -> bool:
         """Whether a yaw turns that has a limit on its rate, kept only from a curve on that keeps all others."""
         limited = self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
-        return limited and self._question.turning is None  # a search that holds a yaw keeps its rate too
+        # A search that holds a yaw keeps its rate too, or one leads to it from rest to rest.
+        return limited and self._question.turning is None and not (self._veers and self.task.still)
 
     @property
     def _follows(self) -> bool:
@@ -437,7 +428,9 @@ class Strategy:
 
     @cached_property
     def _question(self) -> ShortestQuestion:
-        return question_of(self.task, self.limits, self.timing.refine, None if self._heading is None else self._begun)
+        flown = None if self._heading is None else self._begun
+        limits = replace(self.limits, yaw_rate=None) if self._veers and self.task.still else self.limits
+        return question_of(self.task, limits, self.timing.refine, flown)
 
     def _first_guess(self) -> Guess | None:
         """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
@@ -483,7 +476,7 @@ class Strategy:
         # Each round repairs what the last one missed: a curve outside a wall moves the walls inwards, an excess between
         # the instants of the search tightens the limits, and what kept all ends the loop.
         with self.watched.interruptible():
-            searches, turnings, best = 0, 0, np.inf
+            searches, turnings, best, tried = 0, 0, np.inf, list[SolvedTask]()
             while searches < SETTINGS.searches:
                 searches += 1
                 curve = self._searched(question)
@@ -494,16 +487,20 @@ class Strategy:
                 found = found if inside else Attempt(curve=curve)
                 if not curve.durations.max() <= LONGEST_PIECE:
                     break
-                solved = solved_at(self.task, curve)
+                if self._veers and not curve.kept and curve.inside is not None:
+                    curve = replace(curve.inside, stopped=curve.stopped, restored=True)
                 if not curve.kept:
                     break
+                solved = solved_at(self.task, curve)
                 if not solved.inside:
                     inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
                     question = replace(question, inwards=inwards)
                     continue
-                inside = True
-                fastest = min(found.fastest, float(curve.durations.sum())) if limits is self.limits else np.inf
-                found = replace(found, curve=curve, fastest=fastest)
+                inside, tried = True, [*tried[:1], solved]
+                if self._veers and question.turning is None:
+                    question, searches = self._following(question, solved, limits), 0
+                    continue
+                found = replace(found, curve=curve)
                 ended = or_reason(partial(self._within, solved, curve, question, limits, slower_share))
                 if not isinstance(ended, tuple):
                     return replace(found, reason=ended)
@@ -512,26 +509,60 @@ class Strategy:
                 flown = np.inf if kept is None else kept.flown.duration
                 gains, best = kept is None or flown < (1.0 - SETTINGS.worth_turning) * best, min(best, flown)
                 goes_on = gains and turnings < SETTINGS.turnings and not curve.stopped
-                turned = self._turned(question, solved, limits) if goes_on else None
+                turned = self._turned(question, solved, limits, excess) if goes_on else None
                 if turned is not None:
                     question, searches, turnings = turned, 0, turnings + 1
                     continue
-                if found.solved is not None or curve.stopped or excess > SETTINGS.seen_excess:
-                    return found
+                slows = self._veers and self.task.still and turnings == SETTINGS.turnings
+                if found.solved is not None or curve.stopped or slows or excess > SETTINGS.seen_excess:
+                    break
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
+        if found.solved is None and self._veers and self.task.still:
+            slower = (self._touching(one, self.limits) for one in tried)
+            plans = (one for one in slower if one is not None and keeps(self.limits, one.flown))
+            return found.then(Attempt(shorter(*plans), stands_in=True))
         return found
 
-    def _turned(self, question: ShortestQuestion, solved: SolvedTask, limits: Limits) -> ShortestQuestion | None:
-        """Return the question from its own curve on with the yaw of that; None where it is about the one before."""
-        held, turning = question.turning, turning_of(limits, solved.flown)
-        if turning is None or self._begun.yaw.constant is not None:
+    def _turned(
+        self, question: ShortestQuestion, solved: SolvedTask, limits: Limits, excess: float
+    ) -> ShortestQuestion | None:
+        """Return the question from its own curve on with the yaw of that; None where it is about the one before.
+
+        Parameters
+        ----------
+        question : ShortestQuestion
+        solved : SolvedTask
+            Its curve.
+        limits : Limits
+        excess : float
+            Of the most used limit of that, relative: left as room where the yaw does not follow the velocity.
+        """
+        held, turned = question.turning, self._holding(question, solved.flown, limits)
+        turning = turned.turning
+        if turning is None or turning is held:
             return None
-        if held is not None and abs(largest_use(limits, solved.flown, proved=False) - 1.0) <= SETTINGS.slower_share:
+        use = largest_use(limits, solved.flown, proved=False)
+        if held is not None and abs(use - 1.0) <= SETTINGS.slower_share:
             return None
         if held is not None and held.is_near(turning, SETTINGS.turned):
             return None
+        room = 0.0 if held is None else max(held.room, min(SETTINGS.tightening * excess, SETTINGS.held_room))
         guess = guess_of(solved.trajectory, solved.task)
-        return with_rates(question, limits, self._heading, turning=turning, guess=guess, parts=())
+        return replace(turned, turning=replace(turning, room=room), guess=guess, parts=())
+
+    def _following(self, question: ShortestQuestion, solved: SolvedTask, limits: Limits) -> ShortestQuestion:
+        """Return what follows on a search without its yaw along the velocity, from its curve on: one that holds that.
+
+        A limit on its rate that the search did not have comes between, as one on the velocity's direction.
+        """
+        begun = replace(question, guess=guess_of(solved.trajectory, solved.task), parts=())
+        rated = with_rates(begun, limits, self._heading)
+        return rated if rated.limits != begun.limits else self._holding(begun, solved.flown, limits)
+
+    def _holding(self, question: ShortestQuestion, flown: Trajectory, limits: Limits) -> ShortestQuestion:
+        """Return a question with the yaw of a curve held, where that turns."""
+        turning = None if self._begun.yaw.constant is not None else turning_of(limits, flown)
+        return question if turning is None else with_rates(question, limits, self._heading, turning=turning)
 
     def _spare(self, found: Attempt) -> Attempt:
         """Certify the shortest curve that any search came by on its way, if it is shorter than what is found."""
@@ -743,36 +774,6 @@ class Strategy:
             return solved
         faster = self._touching(solved, self.limits, 1.0)
         return solved if faster is None or not keeps(self.limits, faster.flown) else shorter(solved, faster)
-
-    def _with_room(self, found: Attempt) -> Attempt:
-        """Search again with room of the rotors left to the torque of a yaw along the velocity, as little as it needs.
-
-        More room makes the search slower and its plan less slowed afterwards; between the two lies the shortest.  A
-        plan that had to be slowed asks for more room, one that had not for less.
-        """
-        limits, timing, best = self.limits, self.timing, found.solved
-        slow = max(SETTINGS.slow_by_turns * found.fastest, timing.total_time or 0.0)
-        if not isinstance(limits, VehicleLimits) or not self._veers or self._follows:
-            return NOTHING
-        if timing.time_weight is not None or found.fastest == np.inf:
-            return NOTHING
-        if best is not None and best.flown.duration <= slow:
-            return NOTHING
-        pieces = self.task.pieces
-        if timing.refine:
-            pieces = max(QUESTION.divisions[0], 1 if best is None else best.trajectory.pieces)
-        task, low, high = replace(self.task, pieces=pieces), 0.0, 1.0
-        for _ in range(SETTINGS.bisections):
-            left = 0.5 * (low + high)
-            question = question_of(task, leaving_room(limits, left), False, self._begun)
-            again = self._certified(question, self.limits, np.inf)
-            best, solved, curve = shorter(best, again.solved), again.solved, again.curve
-            if self.interrupted:
-                break
-            kept = curve is not None and curve.kept
-            most = 0.0 if curve is None else SETTINGS.slow_by_turns * float(curve.durations.sum())
-            low, high = (left, high) if kept and (solved is None or solved.flown.duration > most) else (low, left)
-        return Attempt(best)
 
     def _paced(self, solved: SolvedTask, limit: float) -> Guess | None:
         """Return a curve to begin from in durations at which the rate of its yaw keeps a limit, or None."""

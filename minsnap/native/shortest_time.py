@@ -56,6 +56,8 @@ class HeldYaw:
         Control points of cubics on equal shares of the time that each leg takes, or of all time [rad].
     follows : ndarray of bool, shape (legs, turns), or None
         Where the yaw is along the velocity instead.
+    room : float
+        Share by which limits are tightened elsewhere: the yaw of the curve that is found is another one there.
     clock : float
         All that time, where the yaw is a function of time [s]; else 0.
     angles : ndarray, shape (legs + 1,), or None
@@ -66,6 +68,7 @@ class HeldYaw:
 
     points: FloatArray | None = None
     follows: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] | None = None
+    room: float = 0.0
     clock: float = 0.0
     angles: FloatArray | None = None
     rate: float = 0.0
@@ -371,6 +374,7 @@ def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
         turns = 0 if turning.points is None else turning.points.shape[1]
         request.put(turns=turns, turning=turning.points, clock=turning.clock, angles=turning.angles, rate=turning.rate)
         request.put(follows=None if turning.follows is None else turning.follows.astype(np.int64))
+        request.put(held_room=turning.room)
     if guess is not None:
         request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))
         request.put(guess_durations=guess.durations, least=guess.least)

@@ -234,6 +234,16 @@ def test_rotors_give_the_torque_of_a_yaw_that_follows_from_the_path(yaw):
     assert path.duration <= 7.62
 
 
+@pytest.mark.parametrize(("legs", "most"), [(3, 7.70), (5, 10.4)])
+def test_a_heading_along_the_velocity_leaves_rotors_room_where_it_is_held_alone(legs, most):
+    """Searches that did not know it again, with more pieces, or that left room everywhere took 7.78 and 18.5 s."""
+    corners = [(0.0, 0.0, 0.0), (9.6, -25.6, -1.2), (15.5, -19.3, -1.9), (-2.3, -10.1, -4.8), (4.3, -3.9, -6.6)]
+    points, limits = np.array([*corners, (2.6, -2.2, -8.7)])[: legs + 1], Limits.of(Quadrotor.px4_sih())
+    path = minsnap.plan(points, limits=limits, corridor=0.3, yaw="velocity")
+    assert minsnap.certify(path, points, limits=limits, corridor=0.3).ok
+    assert path.duration <= most
+
+
 @pytest.mark.parametrize("yaw", [0.3, (0.0, 0.7, 1.5, 2.2, 3.0)])
 def test_rotors_know_drag_that_differs_along_the_axes_of_the_body(yaw):
     """Searches took its mean, and flew 5.25 and 5.53 s."""

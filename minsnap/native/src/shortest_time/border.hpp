@@ -42,6 +42,7 @@ MINSNAP_RECORD(ShortestRequest, {
     std::int64_t turns;               // cubics of the heading on each leg, of equal shares of its time; or on the whole way
     const double *turning;            // (legs, turns, 4) their control points [rad], or null
     const std::int64_t *follows;      // (legs, turns) 1 where it is along the velocity instead, or null
+    double held_room;                 // share by which limits are tightened where one that may be along the velocity is held
     double clock;                     // where it is a function of time: seconds that (1, turns, 4) of them span from the start on; else 0
     const double *angles;             // (legs + 1,) through which it goes by a spline of the legs' durations instead, or null [rad]
     double rate;                      // of that at the start of an open course [rad/s]

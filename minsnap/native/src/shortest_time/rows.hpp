@@ -56,6 +56,7 @@ public:
             if (limits[k].follows()) limits[k].span.low = 1;
             for (int q = limits[k].span.low; q <= limits[k].span.high; ++q) used[q] = true;
         }
+        held_room_ = request.held_room;
         if (headed_) heading_ = {request.turns, request.turning, request.follows, request.clock};
         if (headed_ && !spline_.allocate(request)) return false;
         return legs.build(request, false) && knots.build(request, true);
@@ -255,8 +256,10 @@ public:
             for (int g = 0; g < count_at; g += together) {
                 inputs(limit, i, inverse, jet, g, u);
                 limit.values(u, out);
+                Quad moved = filled<Quad>(limit_margin);
+                if (limit.follows()) moved += held_room_ * (1.0 - u[limit.given() - 1]);
                 for (int f = 0, row = g; f < limit.functions; ++f, row += count_at)
-                    put_four(value + row, out[f] + limit_margin + four(margins + row));
+                    put_four(value + row, out[f] + moved + four(margins + row));
             }
             for (int f = 0; f < limit.functions; ++f, value += count_at, margins += count_at) silence(chain, i, limit, value, -1.0);
         }
@@ -334,7 +337,8 @@ private:
         return true;
     }
 
-    bool headed_ = false;  // whether a limit asks for a heading
+    bool headed_ = false;     // whether a limit asks for a heading
+    double held_room_ = 0.0;  // by which limits are tightened where one is held that may be along the velocity
     SplineHeading spline_;
     LegHeadings heading_;
     Buffer<TurningPiece> turning_;            // (pieces,) headings of the pieces, and those at their instants on the unit interval
