@@ -33,6 +33,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays
+from minsnap.basics.cached import cached_property
 from minsnap.bounds.derivative_sets import Growing, Sets
 from minsnap.bounds.passed_course import PassedCourse
 
@@ -81,8 +82,6 @@ class CostateProof(OwnsArrays):
         Shares of the sets of accelerations after the first, at instants spread evenly in each cell.
     rate_splits : ndarray, shape (legs, cells, sets - 1, 3)
         Shares of the sets of velocities after the first.
-    chords : ndarray, shape (legs,)
-        [1/s]
     growing : tuple of GrowingSet
         That hold after the start and before the end.
     latest : ndarray, shape (2, intervals)
@@ -99,7 +98,6 @@ class CostateProof(OwnsArrays):
     rate: FloatArray
     splits: FloatArray
     rate_splits: FloatArray
-    chords: FloatArray
     growing: Growing
     latest: FloatArray
     hovering: FloatArray
@@ -110,19 +108,13 @@ class CostateProof(OwnsArrays):
         return int(self.splits.shape[2]) - 1
 
     def times(self, factor: float) -> CostateProof:
-        """Return the same with a costate and rates that are multiplied, and with their own chords."""
+        """Return the same with a costate and rates that are multiplied."""
         names = ("costate", "rate", "splits", "rate_splits", "hovering")
-        changed = replace(self, **{name: factor * getattr(self, name) for name in names})
-        return replace(changed, chords=changed._chords())
-
-    def hovers(self, latest: FloatArray, hovering: FloatArray) -> CostateProof:
-        """Return the same with other intervals and shares of sets that grow, and with its own chords."""
-        changed = replace(self, latest=latest, hovering=hovering)
-        return replace(changed, chords=changed._chords())
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
 
     def seconds(self) -> tuple[float, float]:
         """Return the time that is proved, not rounded down, and the sum of the sizes of what it is the sum of [s]."""
-        sums = self.sums()
+        sums = self.sums
         if (sums.room <= 0.0).any() or (sums.product < sums.change).any():
             return -inf, inf
         chords, roots, change = self.chords, self._roots(sums), sums.change
@@ -153,21 +145,25 @@ class CostateProof(OwnsArrays):
             found[leg] = (rooms * best + product[leg] / best).min()
         return found
 
-    def _chords(self) -> FloatArray:
-        sums = self.sums()
-        room, change = np.maximum(sums.room, 0.0), np.minimum(sums.change, sums.product)
-        more, less = self._roots(sums._replace(room=room, change=change))
-        wide = change > 1e-6 * sums.product
-        tangent = np.sqrt(room / np.where(sums.product > 0.0, sums.product, np.inf))
-        return np.where(wide, (more - less) / np.where(wide, 2.0 * change, 1.0), tangent)
+    @cached_property
+    def chords(self) -> FloatArray:
+        """Slopes of the chords, (legs,) [1/s]."""
+        sums = self.sums
+        room, product = np.maximum(sums.room, 0.0), np.maximum(sums.product, 0.0)
+        change = np.minimum(sums.change, product)
+        more, less = self._roots(sums._replace(room=room, product=product, change=change))
+        wide = change > 1e-6 * product
+        tangent = np.sqrt(room / np.where(product > 0.0, product, np.inf))
+        return np.asarray(np.where(wide, (more - less) / np.where(wide, 2.0 * change, 1.0), tangent))
 
     def instants(self) -> FloatArray:
         """Return the costate where each part of a cell begins and ends, (legs, cells, parts + 1, 3) [s^2/m]."""
         share = np.linspace(0.0, 1.0, self.parts + 1)[:, None]
         return np.asarray((1.0 - share) * self.costate[:, :-1, None] + share * self.costate[:, 1:, None])
 
+    @cached_property
     def sums(self) -> LegSums:
-        """Return what stands for each leg in the bound."""
+        """What stands for each leg in the bound."""
         width, along = np.diff(self.grid, axis=1), self.instants()
         weight = np.full(self.parts + 1, 1.0 / self.parts)
         weight[[0, -1]] *= 0.5

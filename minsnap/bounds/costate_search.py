@@ -31,8 +31,8 @@ class CostateSearchSettings:
         Share of a leg in which its speed is reached below which that counts as at once.
     factors : tuple of float
         That are tried on the costate at the end.
-    larger : tuple of float
-        The same where flights begin or end hovering, which makes a larger costate worth it.
+    larger : float
+        On it where flights begin or end hovering, which makes a larger costate worth it.
     later : tuple of float
         Ends of intervals of the durations of such a leg, over that at the bound without it.
     """
@@ -44,7 +44,7 @@ class CostateSearchSettings:
     fast: float = 30.0
     least: float = 1e-7
     factors: tuple[float, ...] = (0.999, 0.9997, 1.0003, 1.001)
-    larger: tuple[float, ...] = (1.015,)
+    larger: float = 1.01
     later: tuple[float, ...] = (0.97, 1.02, 1.06, 1.1, 1.16, 1.25, 1.5)
 
 
@@ -70,18 +70,14 @@ def longest_proof(course: PassedCourse, sets: BoundingSets) -> CostateProof | No
     # nothing to prove.
     tried = [proof.times(factor) for factor in (1.0, *SETTINGS.factors)]
     best = max(tried, key=lambda one: one.seconds()[0])
-    return _from_hover(best) if best.growing and max(course.calm) > 1 else best
+    if not (best.growing and max(course.calm) > 1):
+        return best
+    return max(best, _from_hover(best.times(SETTINGS.larger)), key=lambda one: one.seconds()[0])
 
 
 def _from_hover(proof: CostateProof) -> CostateProof:
-    """Return the proof with what flights keep soon after they hover, where that proves a longer time."""
-    larger = (_used(proof.times(factor)) for factor in (1.0, *SETTINGS.larger))
-    return max((proof, *larger), key=lambda one: one.seconds()[0])
-
-
-def _used(proof: CostateProof) -> CostateProof:
-    """Return the proof with shares of the sets that grow."""
-    sums, last, shape = proof.sums(), proof.course.legs - 1, proof.hovering.shape
+    """Return the proof with what flights keep soon after they hover, and before they hover again."""
+    sums, last, shape = proof.sums, proof.course.legs - 1, proof.hovering.shape
     times = np.sqrt(np.maximum(sums.product, 0.0) / np.maximum(sums.room, SETTINGS.least))[ENDS]
     latest = times[:, None] * np.array(SETTINGS.later)
     proof = replace(proof, latest=latest)
@@ -99,7 +95,7 @@ def _used(proof: CostateProof) -> CostateProof:
                 better = near & (gain > gained)
                 gained[better], hovering[end][better] = gain[better], 0.0
                 hovering[end][better, :, g] = own[better]
-    return proof.hovers(latest, hovering)
+    return replace(proof, hovering=hovering)
 
 
 def bounds_legs(course: PassedCourse, sets: BoundingSets) -> bool:
@@ -215,9 +211,8 @@ def _proof(course: PassedCourse, sets: BoundingSets, found: FoundCostate, unit: 
     splits, rate_splits = _finer(found.splits) / unit, found.rate_splits / unit
     if not sets.velocities:
         rate, rate_splits = costate[:, 0] - costate[:, -1], rate_splits[:, :, :0]
-    chords = np.zeros(course.legs)
     kinds = sets.accelerations, sets.velocities
-    known = found.grid, costate, rate, splits, rate_splits, chords
+    known = found.grid, costate, rate, splits, rate_splits
     none = np.zeros((2, 0, splits.shape[1] * (splits.shape[2] - 1), 2, len(sets.growing), 3))
     return CostateProof(course, *kinds, *known, sets.growing, np.zeros((2, 0)), none)
 

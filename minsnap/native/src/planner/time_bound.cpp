@@ -17,7 +17,7 @@ struct BoundSettings {
     static constexpr double fast = 30.0;         // speed that no shortest flight has, over that of an acceleration along the whole way
     static constexpr double least = 1e-7;        // share of a leg in which its speed is reached that counts as at once
     static constexpr double factors[] = {1.0, 0.999, 0.9997, 1.0003, 1.001};  // that are tried on the costate
-    static constexpr double larger = 1.015;                                   // the same where flights begin or end hovering
+    static constexpr double larger = 1.01;                                    // the same where flights begin or end hovering
     static constexpr double later[] = {0.97, 1.02, 1.06, 1.1,
                                        1.16, 1.25, 1.5};   // ends of intervals of such a leg's duration, over that at the bound
     static constexpr double widest = 1.2;                  // half-angle up to which a cone around the vertical counts [rad]
@@ -92,8 +92,7 @@ public:
         double best = 1.0;
         for (const double factor : B::factors)
             if (const double found = proved(factor, false); found > seconds) seconds = found, best = factor;
-        if (growing_ > 0 && std::max(calm_[0], calm_[1]) > 1)
-            seconds = std::max({seconds, proved(best, true), proved(B::larger * best, true)});
+        if (growing_ > 0 && std::max(calm_[0], calm_[1]) > 1) seconds = std::max(seconds, proved(B::larger * best, true));
         return seconds > 0.0 ? Status::done : Status::not_proved;
     }
 
