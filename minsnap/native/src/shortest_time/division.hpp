@@ -53,7 +53,7 @@ public:
     // By the values of rows; without them every piece into equal parts, which leaves the curve as it is.
     void find(const Rows<S> &rows, const Chain<S> &chain, const double *value, int leg, int parts) {
         if (chain.per_leg == 1) return part(parts);
-        if (value == nullptr) return halve(chain, leg, parts);
+        if (value == nullptr) return alike(chain, leg, parts);
         gather(rows, chain, value, leg);
         const bool ramps = !rows.turns_hard();  // a body that turns hard does not reach its limits on ramps
         const bool first = ramps && sharp(chain, leg, parts), last = ramps && sharp(chain, leg + 1, parts);
@@ -88,7 +88,8 @@ private:
         }
     }
 
-    void halve(const Chain<S> &chain, int leg, int parts) {
+    // Cut every piece into as many equal parts.
+    void alike(const Chain<S> &chain, int leg, int parts) {
         const int per = chain.per_leg, each = parts / per;
         double total = 0.0;
         for (int k = 0; k < per; ++k) total += exponential(chain.sigma[leg * per + k]);
