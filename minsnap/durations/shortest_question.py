@@ -103,7 +103,7 @@ def question_of(task: Task, limits: Limits, refine: bool, flown: Trajectory | No
         limits=instant_limits(limits, None if flown is None else flown.yaw, lengths, turning is not None),
         parts=divisions if refine else () if task.pieces == 1 else (task.pieces,),
         closed=task.closed,
-        moving=not scales(task, limits),
+        moving=not scales(task, limits) or any(wall.order for wall in task.walls),  # which slower flight need not keep
         worthwhile=QUESTION.worthwhile if task.legs > 1 else 0.0,
         inwards=0.0 if task.touches.any() else QUESTION.inward,
         tightened=QUESTION.room if task.still and not scales(task, limits) else 0.0,
