@@ -18,11 +18,8 @@ from minsnap.durations.timing import Timed
 BARELY = (5e-4, 3e-3)
 """Shares by which durations are lengthened where about as long ones have a plan."""
 
-RESERVES = (*BARELY, 0.02, 0.1, 0.2, 0.5)
-"""Shares by which durations are lengthened until a plan for them succeeds."""
-
-LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
-"""The same where a plan is wanted, however long it takes."""
+LONGER = (*BARELY, 0.02, 0.1, 0.2, 0.5, 1.5, 4.0, 14.0, 60.0, 400.0)
+"""Shares by which durations are lengthened until a plan for them succeeds, however long it takes."""
 
 Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""

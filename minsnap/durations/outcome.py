@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from minsnap.basics.deadline import LateError
 from minsnap.durations.timing import Timed
-from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
+from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError, YawError
 
 Value = TypeVar("Value")
 
@@ -101,13 +101,13 @@ def if_possible(attempt: Callable[[], Value | None]) -> Value | None:
     return None
 
 
-def or_reason(attempt: Callable[[], Value]) -> Value | LimitError | SolverError:
-    """Return what an attempt finds, or why no factor on time does; the end of time goes on."""
+def or_reason(attempt: Callable[[], Value]) -> Value | LimitError | SolverError | YawError:
+    """Return what an attempt finds, or why its curve is none at any factor on time; the end of time goes on."""
     try:
         return attempt()
     except LateError:
         raise
-    except (LimitError, SolverError) as reason:
+    except (LimitError, SolverError, YawError) as reason:
         return reason
 
 

@@ -10,11 +10,10 @@
    Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
-2. Where no curve is certified, the least cost in barely longer durations of what the search left.
-3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
-   a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
-4. The shortest curve inside all limits that any of these searches came by on its way.
-5. Rest at every waypoint, where the search was ended, or longer times are asked for.
+   Where it has no end, or a longer one, it leaves the shortest curve inside that it came by.
+2. Where drag is uneven and no curve with its mean is certified, the least cost in barely longer durations.
+3. The shortest curve inside all limits that any of these searches came by on its way, where its end is no plan.
+4. Rest at every waypoint, where the search was ended, or longer times are asked for.
 
 The shortest flight of all is taken; without any, the reason why there is none.  Time, work and Ctrl-C end it between
 two of them with the best so far.  Every smaller number of pieces is searched the same way (``starts.py``).
@@ -36,7 +35,6 @@ from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import WORK, LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times, worth_of_time
-from minsnap.durations.longer_times import RESERVES
 from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.shortest_question import (
     QUESTION,
@@ -56,9 +54,9 @@ from minsnap.durations.time_stretch import (
     powers_factor,
     touching_factor,
 )
-from minsnap.durations.timing import Run, Timing, found_in, timed
+from minsnap.durations.timing import Run, Timing, timed
 from minsnap.durations.watched_search import WatchedSearch
-from minsnap.errors import LimitError, MinsnapError, SolverError
+from minsnap.errors import LimitError, MinsnapError, SolverError, YawError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.utilisation import largest_yaw_rate
@@ -159,7 +157,7 @@ class Attempt:
         The plan of the shortest flight, certified.
     curve : ShortestCurve or None
         The last curve of a search, which need not be inside.
-    reason : LimitError, SolverError or None
+    reason : LimitError, SolverError, YawError or None
         What was in the way of a plan, where that is known.
     stands_in : bool
         Whether the plan stands in for the end of a search.
@@ -167,7 +165,7 @@ class Attempt:
 
     solved: SolvedTask | None = None
     curve: ShortestCurve | None = None
-    reason: LimitError | SolverError | None = None
+    reason: LimitError | SolverError | YawError | None = None
     stands_in: bool = False
 
     def then(self, later: Attempt) -> Attempt:
@@ -239,10 +237,8 @@ class Strategy:
         found = self._next(NOTHING, lambda nothing: self.solve(guess))
         if found.solved is None and self.limits.yaw_rate is not None and not (self._turns or self.interrupted):
             found = replace(found, reason=found.reason or self._spins())
-        if found.solved is None and not self._veers:
+        if found.solved is None and self._drags_unknown:
             found = self._next(found, self._in_longer_durations)
-        if found.solved is None or found.stands_in:
-            found = self._next(found, self._in_durations_found)
         if not found.hopeless:
             found = found.then(self._spare(found))
         solved = found.solved
@@ -405,9 +401,10 @@ class Strategy:
         return self._straight(self.times).flown
 
     @property
-    def _drags_unevenly(self) -> bool:
-        """Whether drag turns with the body: thrust, tilt, and all without a yaw, are searched with its mean."""
-        return isinstance(self.limits, VehicleLimits) and not lateral_alike(self.limits.vehicle)
+    def _drags_unknown(self) -> bool:
+        """Whether drag turns with a body whose heading no search holds, so that its mean is searched with."""
+        limits = self.limits
+        return isinstance(limits, VehicleLimits) and not (self._yawed or lateral_alike(limits.vehicle))
 
     @property
     def _veers(self) -> bool:
@@ -582,20 +579,13 @@ class Strategy:
         return Attempt(kept, stands_in=best is None or found.stands_in)
 
     def _in_longer_durations(self, found: Attempt) -> Attempt:
-        """Search the least cost in durations barely longer than those of a search that left no plan.
-
-        Its curve has no end, or uses more than the search knows: drag that depends on the heading.
-        """
+        """Search the least cost in durations barely longer than those of a search with the mean of uneven drag."""
         curve = found.curve
-        if curve is None or found.solved is not None or self.interrupted:
+        if curve is None or self.interrupted:
             return NOTHING
         slower = map(solved_at(self.task, curve).slowed, SETTINGS.longer_factors)
         plans = (self.cheapest_in_durations(one, one.durations) for one in slower)
-        solved = next((one for one in plans if one is not None or self.interrupted), None)
-        if solved is None:
-            return NOTHING
-        near = self._drags_unevenly and solved.flown.duration <= SETTINGS.slow_by_turns * curve.durations.sum()
-        return Attempt(solved, stands_in=not near)
+        return Attempt(next((one for one in plans if one is not None or self.interrupted), None))
 
     def _within(
         self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, slower_share: float
@@ -744,36 +734,6 @@ class Strategy:
         divided = solved_at(self.task, ShortestCurve(durations, points, first.optimum.rounds, True, True))
         slower = (divided.slowed(1.0 + share) for share in SETTINGS.slower_parts)
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
-
-    def _in_durations_found(self, found: Attempt) -> Attempt:
-        """Plan for the durations of the search with the limits as walls, then search again from that plan."""
-        planned = self._planned(found.curve)
-        guess = None if planned is None else guess_of(planned.trajectory, planned.task)
-        again = NOTHING
-        if guess is not None:
-            again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.slower_share)
-        solved = shorter(planned, again.solved)
-        return replace(again, solved=self._hurried(solved), reason=None, stands_in=True)
-
-    def _planned(self, curve: ShortestCurve | None) -> SolvedTask | None:
-        """Plan for the durations of a search, or barely longer ones, with the limits as walls."""
-        if curve is None or not (curve.durations <= LONGEST).all():
-            return None
-        task = replace(self.task, pieces=len(curve.durations) // self.task.legs)
-        bounded = self.timing.in_time(self.timing.bounded(task))
-        for reserve in RESERVES:
-            bounded.deadline.check()
-            solved = found_in(bounded, curve.durations * (1.0 + reserve))
-            if solved is not None and keeps(self.limits, solved.flown):
-                return replace(solved, task=task)
-        return None
-
-    def _hurried(self, solved: SolvedTask | None) -> SolvedTask | None:
-        """Fly a plan that is not the end of a search at the speed at which a limit is just kept, if that is faster."""
-        if solved is None or self.walled or not self.task.still:
-            return solved
-        faster = self._touching(solved, self.limits, 1.0)
-        return solved if faster is None or not keeps(self.limits, faster.flown) else shorter(solved, faster)
 
     def _paced(self, solved: SolvedTask, limit: float) -> Guess | None:
         """Return a curve to begin from in durations at which the rate of its yaw keeps a limit, or None."""

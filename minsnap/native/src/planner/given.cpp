@@ -21,7 +21,7 @@ namespace {
 
 constexpr double solve_work = 360.0;        // of a solve that does all that one is worth, in milliseconds of a processor, about
 constexpr std::int64_t evaluations = 2000;  // of a split, after which it is given up
-constexpr double whole_effort = 2.0, try_effort = 0.25;  // of what a problem of its size is worth
+constexpr double whole_effort = 2.0;        // of what a problem of its size is worth
 
 }  // namespace
 
@@ -88,7 +88,7 @@ Status GivenTimes::in_tube(CurveMemory &curve) {
 }
 
 // Units of a question: its typical leg, and the power of two near the geometric mean of the durations.
-bool GivenTimes::make_question(const double *durations, std::int64_t per_leg, const WallSets *limits) {
+bool GivenTimes::make_question(const double *durations, std::int64_t per_leg) {
     const int dim = course_.dim, half = course_.half;
     const std::int64_t pieces = course_.legs * per_leg, knots = pieces + 1, state = std::int64_t(half) * dim;
     const auto all = std::size_t(knots * state);
@@ -127,8 +127,6 @@ bool GivenTimes::make_question(const double *durations, std::int64_t per_leg, co
     sets_.clear(dim);
     for (int g = 0; g < course_.walls.count(); ++g)
         if (!sets_.add_cut(course_.walls[g], per_leg)) return false;
-    for (int g = 0; limits != nullptr && g < limits->count(); ++g)
-        if (!sets_.add_cut((*limits)[g], per_leg)) return false;
     if (!add_regions(per_leg)) return false;
     question_ = {};
     question_.half = half, question_.pieces = pieces, question_.dim = dim, question_.continuity = half - 1,
@@ -185,15 +183,12 @@ bool GivenTimes::add_regions(std::int64_t per_leg) {
     return true;
 }
 
-Status GivenTimes::within(const WallSets &limits, CurveMemory &curve) { return inside(curve, &limits); }
-
-Status GivenTimes::inside(CurveMemory &curve, const WallSets *limits) {
-    if (!make_question(curve.durations.data(), curve.pieces, limits)) return Status::no_memory;
+Status GivenTimes::inside(CurveMemory &curve) {
+    if (!make_question(curve.durations.data(), curve.pieces)) return Status::no_memory;
     const std::int64_t state = std::int64_t(course_.half) * course_.dim, most = curve.all() * state + 2;
     if (!knots_.allocate(std::size_t((curve.all() + 1) * state)) || !wall_.allocate(std::size_t(most)) ||
         !numbers_.allocate(std::size_t(2 * most)) || !direction_.allocate(std::size_t(most * course_.dim)))
         return Status::no_memory;
-    if (limits != nullptr) question_.effort = try_effort;
     CorridorAnswerRecord answer = {};
     answer.points = curve.points.data(), answer.knots = knots_.data(), answer.wall = wall_.data(), answer.s = numbers_.data();
     answer.multiplier = numbers_.data() + most, answer.direction = direction_.data();

@@ -19,9 +19,6 @@ public:
     // In the split of the total time that costs least; where none is found, by distance.
     Status split(CurveMemory &curve);
 
-    // In the durations that the curve has, with limits on derivatives as further walls.
-    Status within(const WallSets &limits, CurveMemory &curve);
-
     // Without walls, one polynomial a leg.
     Status free(const double *durations, CurveMemory &curve);
 
@@ -29,8 +26,8 @@ private:
     ChainRecord chain(const double *durations) const;
     bool plain_tube() const;
     Status in_tube(CurveMemory &curve);
-    Status inside(CurveMemory &curve, const WallSets *limits = nullptr);
-    bool make_question(const double *durations, std::int64_t per_leg, const WallSets *limits = nullptr);
+    Status inside(CurveMemory &curve);
+    bool make_question(const double *durations, std::int64_t per_leg);
     bool add_regions(std::int64_t per_leg);
     bool split_inside(bool free, SplitRecord &record);
 

@@ -28,10 +28,8 @@ struct PlanSettings {
     static constexpr double room = 1e-4;                 // share by which limits are tightened that slower flight does not mend
     static constexpr double directed = 0.1;              // share of the weight below which thrust has no direction
     static constexpr double softer = 2.0, slower = 1.3;  // factor on the body rate of a first search, and on the time of its curve
-    static constexpr double reserves[] = {5e-4, 3e-3, 0.02,
-                                          0.1,  0.2,  0.5};             // by which durations are lengthened until a plan for them succeeds
-    static constexpr double proof_margin = 1e-4;                        // share of limits with drag that is left to their proof
-    static constexpr double rotor_margin = 1e-4;                        // share of hover that is left to the proof of rotors
+    static constexpr double proof_margin = 1e-4;         // share of limits with drag that is left to their proof
+    static constexpr double rotor_margin = 1e-4;         // share of hover that is left to the proof of rotors
     static constexpr double slower_whole = 1.4, slower_divided = 1.05;  // factor on the time of a plan whose legs are divided
     static constexpr double hastened = 0.9;                             // least factor on time at which limits of rotors are touched
     static constexpr int rotor_halvings = 20;
@@ -50,7 +48,6 @@ struct PlanSettings {
     static constexpr double idle = 0.8;                          // factor on time below which nothing limits it; and where
     static constexpr double far = 0.05, nearly = 0.98;           // a search ended so far inside all limits
     static constexpr double slowings[] = {1.05, 1.1, 1.2, 1.4};  // of a curve that is left where a search was ended
-    static constexpr double longer[] = {1.01, 1.03, 1.06, 1.1};  // durations in which the least cost is searched
     static constexpr double near_least = 1.05;                   // time of a second start over the least that is proved
     static constexpr double close = 0.2, straight = 0.9;         // legs are close together below that share of the way to stop; its cosine
     static constexpr double on_limit = 0.999;                    // use of a state that leaves no room
@@ -169,7 +166,7 @@ bool ShortestPlan::make_sets() {
     sets_.clear(dim);
     for (int g = 0; g < course_.walls.count(); ++g)
         if (!sets_.add_cut(course_.walls[g], 1)) return false;
-    if (!make_limits(false, sets_)) return false;
+    if (!make_limits(false)) return false;
     return add_regions();
 }
 
@@ -209,13 +206,13 @@ bool ShortestPlan::add_regions() {
 }
 
 // Limits as convex sets: all that are convex, or those that the search does not know better.
-bool ShortestPlan::make_limits(bool all, WallSets &sets) {
+bool ShortestPlan::make_limits(bool all) {
     const Bounds &bounds = course_.bounds;
     const int dim = course_.dim;
     WallRows to;
     // balls |A x| <= radius + slope x_z around an anchor along z, the same on every leg; planes where there are no rows
     auto add = [&](int rows, std::int64_t order, double radius, double width, double anchor, double slope) {
-        if (!sets.add(course_.legs, rows, order, to)) return false;
+        if (!sets_.add(course_.legs, rows, order, to)) return false;
         for (std::int64_t leg = 0; leg < course_.legs; ++leg) {
             to.leg[leg] = leg, to.radius[leg] = radius, to.width[leg] = width;
             for (int d = 0; d < rows; ++d) to.matrix[(leg * rows + d) * dim + d] = 1.0;
@@ -241,7 +238,7 @@ bool ShortestPlan::make_limits(bool all, WallSets &sets) {
     const double least = directed ? P::directed : bounded ? bounds.least_thrust : 0.0;
     if (least == 0.0 || all) return true;
     if (!add(3, 2, least * g, directed ? g : least * g, -g, 0.0)) return false;
-    sets.last().outside = 1;
+    sets_.last().outside = 1;
     return true;
 }
 
@@ -307,10 +304,9 @@ bool ShortestPlan::Attempt::shorter(CurveMemory &other, bool other_stands_in) {
     return true;
 }
 
-// The shorter plan of both, and what the later search left.
+// The shorter plan of both.
 void ShortestPlan::Attempt::then(Attempt &later) {
     shorter(later.solved, later.stands_in);
-    if (later.left.legs > 0) left.swap(later.left);
     unlimited = unlimited || later.unlimited;
 }
 
@@ -353,36 +349,10 @@ void ShortestPlan::of_starts(std::int64_t pieces, Attempt &found) {
     found.shorter(other.solved, other.stands_in);
 }
 
-// What is tried for a number of pieces: a search; where that has no plan, durations barely longer than it left, and least cost in the durations it left.
+// A search of a number of pieces.
 void ShortestPlan::of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found) {
     per_leg_ = pieces, longest_ = 0.0;
     solve(guess, found);
-    if (goes_on(found)) in_longer_durations(found);
-    if ((found.solved.legs == 0 || found.stands_in) && goes_on(found)) {
-        Attempt later;
-        in_durations_found(found.left, later);
-        found.then(later);
-    }
-}
-
-// The least cost in durations barely longer than those of a search that left no plan: its curve has no end, or uses more than the search knows.
-void ShortestPlan::in_longer_durations(Attempt &found) {
-    Guess guess;
-    for (const double longer : P::longer) {
-        CurveMemory slower;
-        if (found.solved.legs > 0 || found.left.legs == 0 || end_.over() || !slower.copy(found.left)) return;
-        slower.slow(longer);
-        minsnap_curve told = minsnap_curve_new();
-        slower.tell(told);
-        if (!guess_of(slower, guess)) return;
-        std::copy(slower.durations.data(), slower.durations.data() + slower.all(), guess_durations_.data());
-        Question question = question_;
-        question.guess = &guess, question.timed = true;
-        question.price = significant((2 * course_.half - 1) * told.cost / told.duration, 6);
-        Attempt held;
-        certified(question, held);
-        found.shorter(held.solved, true);
-    }
 }
 
 // Divide the polynomials of a curve by de Casteljau's algorithm in double-double arithmetic, so that each control point is rounded once. More samples
@@ -467,40 +437,6 @@ void ShortestPlan::solve(const Guess *given, Attempt &found) {
     Attempt later;
     certified(question_from(given), later);
     found.then(later);
-}
-
-// Control points for the durations that a search left, or barely longer ones, with the limits as walls: a curve that slides along a wall has no room
-// to be moved inwards.
-bool ShortestPlan::planned(const CurveMemory &left, CurveMemory &curve) {
-    if (left.legs == 0) return false;
-    limits_.clear(course_.dim);
-    if (!make_limits(true, limits_)) return false;
-    for (const double reserve : P::reserves) {
-        if (end_.over() || !curve.copy(left)) return false;
-        curve.slow(1.0 + reserve);
-        if (given_.within(limits_, curve) == Status::done && keeps(curve) && inside(curve)) return true;
-    }
-    return false;
-}
-
-// Such a plan, or the one that a search finds from it, flown until it touches a limit.
-void ShortestPlan::in_durations_found(const CurveMemory &left, Attempt &found) {
-    CurveMemory curve;
-    Guess guess;
-    if (!planned(left, curve)) return;
-    if (guess_of(curve, guess) && !end_.over()) certified(question_from(&guess), found);
-    if (found.solved.legs == 0 || !(found.solved.total() < curve.total())) found.solved.swap(curve);
-    hurried(found);
-    found.stands_in = true;
-}
-
-void ShortestPlan::hurried(Attempt &found) {
-    CurveMemory faster;
-    if (!course_.still || !faster.copy(found.solved)) return;
-    const double factor = touching(faster);
-    if (!(factor < 1.0)) return;
-    faster.slow(grained(factor));
-    if (keeps(faster)) found.shorter(faster);
 }
 
 // A curve as a guess, in memory that the next guess takes.
@@ -633,8 +569,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     ShortestRequest asked = {};
     asked.half = course_.half, asked.dim = course_.dim, asked.legs = legs, asked.closed = course_.closed;
     asked.groups = sets_.count(), asked.limits = limits, asked.divisions = question.divisions;
-    asked.moving = moving_ || question.timed, asked.timed = question.timed, asked.price = question.price;
-    asked.rough = question.rough, asked.parts = question.parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
+    asked.moving = moving_, asked.rough = question.rough, asked.parts = question.parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
     asked.inwards = question.inwards, asked.tightened = question.tightened, asked.pinned = pinned_.data();
     asked.free = free_.data(), asked.turned = slanted_ ? turned_.data() : nullptr;
     asked.lengths = lengths_.data(), asked.norms = norms, asked.slower = 1.0, asked.cones = sets_.data(), asked.momentary = momentary;
@@ -648,7 +583,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     asked.worth = share_ * course_.worth(), asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
     asked.live = end_.timed(), asked.poll = poll, asked.context = &told;
     const Status status = Status(minsnap_shortest_time(&asked, &answer_));
-    work_ = answer_.work, longest_ = answer_.longest, stopped_ = status == Status::spent, kept_ = status != Status::no_progress;
+    work_ = answer_.work, longest_ = answer_.longest, stopped_ = status == Status::spent;
     if (status == Status::spent && answer_.work > asked.worth) end_.ended = true;
     if (status != Status::done && status != Status::spent && status != Status::no_progress) return status;
     curve.pieces = answer_.pieces;
@@ -657,20 +592,16 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
 
 // A certified plan; none where the search has no curve, or none that can be certified nearby.
 void ShortestPlan::certified(Question question, Attempt &found) {
-    bool seen = false;
     for (int attempt = 0; attempt < P::tries; ++attempt) {
         CurveMemory curve;
         const Status status = search(question, curve);
         if (status != Status::done && status != Status::spent && status != Status::no_progress) return;
         if (curve.total() < P::vanishing * longest_) return void(found.unlimited = true);
-        const bool within_walls = kept_ && inside(curve);
-        if ((!seen || within_walls) && !found.left.copy(curve)) return;
-        if (!kept_) return;
-        if (!within_walls) {
+        if (status == Status::no_progress) return;
+        if (!inside(curve)) {
             question.inwards = P::farther * std::max(question.inwards, P::inwards);
             continue;
         }
-        seen = true;
         double excess = 0.0;
         if (within(question, curve, excess, found.unlimited)) {
             found.stands_in = answer_.restored != 0;
@@ -690,18 +621,17 @@ bool ShortestPlan::inside(const CurveMemory &curve) const {
 // Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
 bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &excess, bool &unlimited) {
     const Bounds &bounds = course_.bounds;
-    const bool held = moving_ || question.timed;
-    if (held) {
+    if (moving_) {
         const double used = largest_use(view(curve), bounds), beyond = rotor_excess(curve);
         if (used <= 1.0 + P::kept && beyond == 0.0) {
-            if (!question.timed) hasten(curve);
+            hasten(curve);
             return true;
         }
         excess = std::max(used - 1.0, beyond);
         if (!course_.still || !stopped_) return false;
     }
-    double factor = held && bounds.lifts() && bounds.vehicle == nullptr ? nearby(curve) : touching(curve);
-    if (held && !(factor < infinite)) {
+    double factor = moving_ && bounds.lifts() && bounds.vehicle == nullptr ? nearby(curve) : touching(curve);
+    if (moving_ && !(factor < infinite)) {
         for (const double slower : P::slowings)
             if (keeps(curve, slower)) return curve.slow(slower), true;
         return false;
@@ -711,10 +641,7 @@ bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &
     excess = factor - 1.0;
     const bool limited = bounds.norm[0] < infinite || bounds.norm[1] < infinite || bounds.norm[2] < infinite || bounds.norm[3] < infinite;
     const double least = -answer_.limit > P::far + question.tightened ? P::nearly : P::idle;
-    if (question.timed)
-        factor = std::max(factor, 1.0);
-    else if (factor < least && !stopped_ && !limited)
-        return unlimited = true, false;
+    if (factor < least && !stopped_ && !limited) return unlimited = true, false;
     if (factor > 1.0 + P::not_longer && !stopped_) return false;
     curve.slow(factor);
     return keeps(curve);
@@ -867,12 +794,12 @@ Status ShortestPlan::brake(CurveMemory &curve) {
         moving += (order == 1 ? 1.0 : 0.3) * std::sqrt(square);
     }
     if (!(acceleration < infinite)) acceleration = 0.5 * bounds.gravity;
-    limits_.clear(dim), sets_.clear(dim);
+    sets_.clear(dim);
     Buffer<double> points;
     bool room = points.allocate(std::size_t(2 * count)) && curve.allocate(course_, 2);
     for (int g = 0; room && g < course_.walls.count(); ++g) room = sets_.add_cut(course_.walls[g], 1);
     const int walls = sets_.count();
-    if (!room || !make_limits(true, sets_)) return says_(Status::no_memory, "there is no memory for a way to come to rest");
+    if (!room || !make_limits(true)) return says_(Status::no_memory, "there is no memory for a way to come to rest");
     StopRecord asked = {};
     asked.half = half, asked.dim = dim, asked.walls = walls, asked.limits = sets_.count() - walls, asked.legs = legs;
     asked.unit = std::max(moving / acceleration, P::briefest), asked.state = course_.state(0), asked.waypoints = waypoints,

@@ -54,14 +54,13 @@ private:
     struct Question {
         const Guess *guess = nullptr;
         std::int64_t parts[2] = {1, 1}, divisions = 0;  // into how many parts pieces are divided, time after time
-        bool rough = false, timed = false;  // whether only another search begins from it; whether durations are those of the guess
-        double price = 0.0;                 // of a second [1/s]
+        bool rough = false;                             // whether only another search begins from it
         double inwards = 0.0, tightened = 0.0, body_rate = infinite;
     };
 
-    // What was found: the shortest plan, certified, and what the last search left, which need not be inside; without legs where there is none.
+    // What was found: the shortest plan, certified; without legs where there is none.
     struct Attempt {
-        CurveMemory solved, left;
+        CurveMemory solved;
         bool unlimited = false;  // whether nothing limits the time
         bool stands_in = false;  // whether the plan stands in for the end of a search
 
@@ -74,7 +73,7 @@ private:
     void turn_planes();
     bool make_sets();
     bool add_regions();
-    bool make_limits(bool all, WallSets &sets);
+    bool make_limits(bool all);
     bool stop_and_go(Buffer<double> &durations) const;
     void of_pieces(std::int64_t pieces, Attempt &found);
     bool has_last_try();
@@ -82,10 +81,6 @@ private:
     void of_strategy(std::int64_t pieces, const Guess *guess, Attempt &found);
     void solve(const Guess *guess, Attempt &found);
     void divided(Attempt &found);
-    void in_longer_durations(Attempt &found);
-    void in_durations_found(const CurveMemory &left, Attempt &found);
-    bool planned(const CurveMemory &left, CurveMemory &curve);
-    void hurried(Attempt &found);
     Question question_from(const Guess *guess) const;
     void certified(Question question, Attempt &found);
     Status search(const Question &question, CurveMemory &curve);
@@ -113,12 +108,12 @@ private:
     Says &says_;
     Says unsaid_;
     GivenTimes given_;
-    WallSets sets_, limits_;
+    WallSets sets_;
     Question question_;
     bool moving_ = false;
     std::int64_t per_leg_ = 0;  // pieces of a leg in this attempt; 0 for those that the search chooses
     ShortestAnswer answer_ = {};
-    bool stopped_ = false, kept_ = false;
+    bool stopped_ = false;
     double work_ = 0.0, longest_ = 0.0, share_ = 0.5;  // share_: of the work that the problem is worth, after which a search ends
     CurveMemory scaled_;
     Buffer<std::int64_t> free_;

@@ -167,7 +167,6 @@ private:
             const bool last = k == request_.divisions;
             end = point_.run(last ? Settings::last_gap : Settings::rough_gap, !last);
         }
-        if (end == StageEnd::stuck) chain.copy(inside);
         return end;
     }
 
@@ -230,11 +229,6 @@ private:
     Status finished(StageEnd end, ShortestAnswer &answer) {
         if (end == StageEnd::no_memory) return Status::no_memory;
         if (end == StageEnd::stopped) return stopped(answer);
-        if (end == StageEnd::stuck && point_.chain.held() && point_.inside.pieces > 0) {
-            point_.chain.copy(point_.inside);
-            if (!point_.begin(last_gap())) return Status::no_memory;
-            end = StageEnd::converged;
-        }
         if (end == StageEnd::stuck) return given_up(answer);
         if (request_.rough != 0) {
             write(answer);
@@ -251,14 +245,26 @@ private:
             point_.resume(last_gap());
             if (point_.run(last_gap()) == StageEnd::stopped) return stopped(answer);
         }
+        constexpr double shorter = 0.999;
+        const Chain<S> &inside = point_.inside;
+        const bool passed = !costs() && inside.pieces > 0 && inside.total() < shorter * point_.chain.total();
+        if (answer.wall > 1e-6 || passed) return given_up(answer);
         write(answer);
-        return answer.wall <= 1e-6 ? Status::done : Status::no_progress;
+        return Status::done;
     }
 
-    // The curve where no progress was made, which says why.
-    Status given_up(ShortestAnswer &answer) const {
+    // The shortest curve inside that it came by in place of an end, in as many pieces; without one the last curve, which says why.
+    Status given_up(ShortestAnswer &answer) {
+        Chain<S> &chain = point_.chain, &inside = point_.inside;
+        const bool known = inside.pieces > 0 && request_.rough == 0 && (!costs() || chain.held());
+        if (known) {
+            const int parts = std::max(1, chain.per_leg / inside.per_leg);
+            answer.restored = 1;
+            if (!divide(point_.rows, nullptr, inside, parts, chain) || !point_.begin(last_gap())) return Status::no_memory;
+            point_.excess(request_.inwards, answer.wall, answer.limit);
+        }
         write(answer);
-        return Status::no_progress;
+        return known ? Status::done : Status::no_progress;
     }
 
     // The shortest curve inside where the search was ended from outside; where slower flight mends it for sure, or none was inside, the last one.
