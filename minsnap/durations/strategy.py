@@ -120,6 +120,8 @@ class StrategySettings:
         Relative gain of a flight from which that goes on.
     turned : float
         Change of the yaw that counts as none [rad].
+    prices : tuple of float
+        Over what its time is worth where it rests at every waypoint: prices from whose plans a total is searched.
     """
 
     unlimited_below: float = 0.8
@@ -142,6 +144,7 @@ class StrategySettings:
     turnings: int = 4
     worth_turning: float = 5e-4
     turned: float = 1e-3
+    prices: tuple[float, ...] = (1.0, 10.0)
 
 
 SETTINGS = StrategySettings()
@@ -376,8 +379,13 @@ class Strategy:
 
     def of_total(self, total: float) -> SolvedTask | None:
         """Search from rest for about the price of a total [s], then for the total; None where either has no plan."""
-        priced = self.cheapest(self.rest, price=significant(worth_of_time(self.rest.trajectory)))
-        return None if priced is None or self.interrupted else self.cheapest(priced, total=total)
+        worth = worth_of_time(self.rest.trajectory)
+        for share in SETTINGS.prices:
+            priced = None if self.interrupted else self.cheapest(self.rest, price=significant(share * worth))
+            found = None if priced is None or self.interrupted else self.cheapest(priced, total=total)
+            if found is not None:
+                return found
+        return None
 
     @cached_property
     def rest(self) -> SolvedTask:
