@@ -115,20 +115,22 @@ def least_time(
     checks.check_closing(lap, placement.points)
     checks.refuse_repeated(placement.points, "leave one of them out")
     free = np.full(placement.points.shape[1], np.nan)
-    both = (0, len(placement.points) - 1)
-    ends = None if lap else np.stack([pinned[end].get(1, free) for end in both])
+    final = len(placement.points) - 1
+    ends = None if lap else np.stack([pinned[knot].get(1, free) for knot in (0, final)])
     gates = {} if knots is None else knots.gates
-    calm = (0, 0) if lap else (calm_order(pinned[0], HALF - 1), calm_order(pinned[both[1]], HALF - 1))
+    calm = (0, 0) if lap else calm_orders(pinned, final, HALF - 1)
     named = names_of(walls_of(constraints, placement.points))
     return TimeQuestion(placement, gates, ends, limits, named, calm).bound
 
 
-def calm_order(pinned: Mapping[int, ArrayLike], most: int) -> int:
-    """Return the order up to which all pinned derivatives are zero, ``most`` at most."""
-    order = 0
-    while order < most and order + 1 in pinned and not np.any(pinned[order + 1]):
-        order += 1
-    return order
+def calm_orders(pins: Mapping[int, Mapping[int, ArrayLike]], last: int, most: int) -> tuple[int, int]:
+    """Return the orders up to which all derivatives pinned at the first and the last waypoint are zero."""
+    orders = [0, 0]
+    for end, knot in enumerate((0, last)):
+        pinned = pins.get(knot, {})
+        while orders[end] < most and not np.any(pinned.get(orders[end] + 1, 1.0)):
+            orders[end] += 1
+    return orders[0], orders[1]
 
 
 def names_of(walls: Iterable[Walls]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from math import prod
 
 import numpy as np
 
-from minsnap.bounds.least_time import TimeBound, TimeQuestion
+from minsnap.bounds.least_time import TimeBound, TimeQuestion, calm_orders
 from minsnap.corridors.knot_regions import Placement
 from minsnap.durations.initial_guess import norm_limits
 from minsnap.durations.least_cost import distance_split
@@ -102,15 +102,16 @@ def _misled(task: Task, limits: Limits) -> bool:
     return bool(np.isfinite(acceleration) and (straight & (np.minimum(lengths[1:], lengths[:-1]) < SHORT * stop)).any())
 
 
-def least_of(task: Task, limits: Limits) -> TimeBound:
-    """Return the time that every flight of a task within limits takes at least."""
+def least_of(task: Task, limits: Limits, hovers: bool = True) -> TimeBound:
+    """Return the time that every flight of a task within limits takes at least, with or without what hovering adds."""
     placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
-    return TimeQuestion(placement, {}, task.end_velocities, limits).bound
+    calm = calm_orders(task.pins, task.legs, task.continuity) if hovers and not task.closed else (0, 0)
+    return TimeQuestion(placement, {}, task.end_velocities, limits, calm=calm).bound
 
 
 def near_least(task: Task, limits: Limits) -> Trajectory | None:
     """Return the curve of least cost in barely more than the least time there is; None where nothing is known of it."""
-    least = least_of(task, limits).seconds
+    least = least_of(task, limits, hovers=False).seconds
     if least is None:
         return None
     durations = distance_split(task, NEAR_LEAST * least)

@@ -364,13 +364,13 @@ def _course(task: Task, timing: Timing, curve: Trajectory) -> TimedCourse | None
 
 def _least_time(request: PlanRequest, limits: Limits, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
     """Return the question how long every flight takes at least that keeps what was asked of a plan."""
-    from minsnap.bounds.least_time import TimeQuestion, calm_order, names_of
+    from minsnap.bounds.least_time import TimeQuestion, calm_orders, names_of
 
     beside = {"the obstacles": request.avoid, "the pins on the way": request.pins}
     placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
     named = names_of(task.walls) + tuple(name for name, given in beside.items() if given)
-    start, end = (calm_order(task.pins.get(knot, {}), task.continuity) for knot in (0, task.legs))
-    return TimeQuestion(placement, gates, task.end_velocities, limits, named, (0, 0) if task.closed else (start, end))
+    calm = (0, 0) if task.closed else calm_orders(task.pins, task.legs, task.continuity)
+    return TimeQuestion(placement, gates, task.end_velocities, limits, named, calm)
 
 
 def _show_steps(curve: Plan, watch: Progress | None, on_interrupt: str) -> Plan:

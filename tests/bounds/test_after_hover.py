@@ -51,6 +51,13 @@ def test_jerk_at_the_ends_is_most_of_what_it_costs():
     assert bound.seconds > 1.05 * least_time(LINE, Limits(acceleration=6.0)).seconds
 
 
+def test_a_total_that_jerk_makes_too_short_is_refused_with_a_proof():
+    known, unknown = least_time(COURSE, LIMITS["jerk"]).seconds, least_time(COURSE, Limits(acceleration=6.0)).seconds
+    with pytest.raises(minsnap.InfeasibleError, match="every flight takes") as refused:
+        minsnap.plan(COURSE, total_time=0.1 * unknown + 0.9 * known, limits=LIMITS["jerk"], pieces=3)
+    assert refused.value.verify()
+
+
 def test_ends_that_hover_take_longer_and_flights_longer_still(limits):
     bound, flown = least_time(COURSE, limits), minsnap.plan(COURSE, limits=limits, pieces=3, yaw="tilt")
     assert bound.verify()
