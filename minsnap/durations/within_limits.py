@@ -50,6 +50,9 @@ NEAR_FREE = 3.0
 HIGH = 100.0
 """Price of time for a short plan, over what its time is worth where it rests at every waypoint."""
 
+SLOWER = (1.0, 2.0, 4.0)
+"""Factors on the time of that rest: totals that are searched where that price has no plan either."""
+
 
 def shortest_plan(task: Task, timing: Timing) -> PlanOutcome:
     """Find the shortest plan within limits, whose walls the task does not have."""
@@ -218,7 +221,7 @@ def from_rest(task: Task, timing: Timing) -> Timed | None:
     """Search from rest at every waypoint for a total or a price of time, within limits or without; None without a plan.
 
     The shortest time is searched as a high price of it, since a smooth curve has an end where others have none, else as
-    the total of that rest.
+    the total of that rest, or of a slower one.
     """
     deadline = timing.in_time(task).deadline
     if task.samples is not None or core().name != "native" or (deadline.spent and not deadline.has_last_try()):
@@ -233,7 +236,9 @@ def from_rest(task: Task, timing: Timing) -> Timed | None:
         found = search.cheapest(rest, price=timing.time_weight)
     else:
         found = search.cheapest(rest, price=significant(HIGH * worth_of_time(rest.trajectory)))
-        found = found or search.cheapest(rest, total=rest.trajectory.duration)
+        slower = (rest.slowed(factor) for factor in SLOWER)
+        tried = (search.cheapest(one, total=one.trajectory.duration) for one in slower)
+        found = found or next((one for one in tried if one is not None), None)
     return None if found is None else _cheaper(found, task, timing, search.found)
 
 
