@@ -522,7 +522,7 @@ class Strategy:
                 if found.solved is not None or curve.stopped or slows or excess > SETTINGS.seen_excess:
                     break
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
-        if found.solved is None and self._veers and self.task.still:
+        if found.solved is None and self._veers and self.task.still and not question.held:
             slower = (self._touching(one, self.limits) for one in tried)
             plans = (one for one in slower if one is not None and keeps(self.limits, one.flown))
             return found.then(Attempt(shorter(*plans), stands_in=True))
@@ -621,8 +621,7 @@ class Strategy:
                 if not answer.stopped:
                     return None, use - 1.0
             excess = use - 1.0
-            held = question.timed or question.total > 0.0
-            if held or not self.task.still or (slower_share == SETTINGS.slower_share and not answer.stopped):
+            if question.held or not self.task.still or (slower_share == SETTINGS.slower_share and not answer.stopped):
                 return None, excess
         factor = powers_factor(limits, curve) or nearby_factor(
             limits, lambda factor: at(factor).flown, deadline=self.deadline

@@ -176,6 +176,11 @@ class ShortestQuestion:
         """Whether the cost counts, alone or beside the time."""
         return self.price > 0.0 or self.total > 0.0
 
+    @property
+    def held(self) -> bool:
+        """Whether the time is given, so that a curve may not be flown more slowly."""
+        return self.timed or self.total > 0.0
+
     def same(self, other: ShortestQuestion) -> bool:
         """Whether another question is the same, and so its answer."""
         return alike(self, other)
