@@ -343,7 +343,7 @@ class Strategy:
     def _slower_share(self) -> float:
         """Share by which a plan may be slower than the curve of its search."""
         turns = self._yawed and self._begun.yaw.constant is None
-        return np.inf if turns and not self._veers else SETTINGS.slower_share
+        return np.inf if turns and not self.veers else SETTINGS.slower_share
 
     def cheapest_in_durations(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
@@ -415,7 +415,7 @@ class Strategy:
         return isinstance(limits, VehicleLimits) and not (self._yawed or lateral_alike(limits.vehicle))
 
     @property
-    def _veers(self) -> bool:
+    def veers(self) -> bool:
         """Whether rotors are limited under a yaw along the velocity, which a first search does not know."""
         return self._yawed and isinstance(self._begun.yaw, VelocityHeading)
 
@@ -424,7 +424,7 @@ class Strategy:
         """Whether a yaw turns that has a limit on its rate, kept only from a curve on that keeps all others."""
         limited = self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
         # A search that holds a yaw keeps its rate too, or one leads to it from rest to rest.
-        return limited and self._question.turning is None and not (self._veers and self.task.still)
+        return limited and self._question.turning is None and not (self.veers and self.task.still)
 
     @property
     def _follows(self) -> bool:
@@ -434,7 +434,7 @@ class Strategy:
     @cached_property
     def _question(self) -> ShortestQuestion:
         flown = None if self._heading is None else self._begun
-        limits = replace(self.limits, yaw_rate=None) if self._veers and self.task.still else self.limits
+        limits = replace(self.limits, yaw_rate=None) if self.veers and self.task.still else self.limits
         return question_of(self.task, limits, self.timing.refine, flown)
 
     def _first_guess(self) -> Guess | None:
@@ -492,7 +492,7 @@ class Strategy:
                 found = found if inside else Attempt(curve=curve)
                 if not curve.durations.max() <= LONGEST_PIECE:
                     break
-                if self._veers and not curve.kept and curve.inside is not None:
+                if self.veers and not curve.kept and curve.inside is not None:
                     curve = replace(curve.inside, stopped=curve.stopped, restored=True)
                 if not curve.kept:
                     break
@@ -502,7 +502,7 @@ class Strategy:
                     question = replace(question, inwards=inwards)
                     continue
                 inside, tried = True, [*tried[:1], solved]
-                if self._veers and question.turning is None:
+                if self.veers and question.turning is None:
                     question, searches = self._following(question, solved, limits), 0
                     continue
                 found = replace(found, curve=curve)
@@ -518,11 +518,11 @@ class Strategy:
                 if turned is not None:
                     question, searches, turnings = turned, 0, turnings + 1
                     continue
-                slows = self._veers and self.task.still and turnings == SETTINGS.turnings
+                slows = self.veers and self.task.still and turnings == SETTINGS.turnings
                 if found.solved is not None or curve.stopped or slows or excess > SETTINGS.seen_excess:
                     break
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
-        if found.solved is None and self._veers and self.task.still and not question.held:
+        if found.solved is None and self.veers and self.task.still and not question.held:
             slower = (self._touching(one, self.limits) for one in tried)
             plans = (one for one in slower if one is not None and keeps(self.limits, one.flown))
             return found.then(Attempt(shorter(*plans), stands_in=True))

@@ -188,13 +188,14 @@ def _at_price(search: Strategy, price: float, free: Timed | None) -> PlanOutcome
 def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
     """Search for a total from the plan of about its price, and the one without limits near them; take the cheaper.
 
-    Where neither has one, search from the shortest plan; where that has none, lengthen it.
+    Where neither has one, search from the shortest plan; where that has none, lengthen it. A yaw along the velocity
+    takes many searches, whose work the shortest plan is worth more.
     """
     task, timing, total = search.task, search.timing, search.timing.total
     early, found = free is not None and free.interrupted, list[SolvedTask | None]()
     if not early:
         near = None if free is None or not _is_near(search, free) else search.cheapest(free.solved, total=total)
-        found = [near, search.of_total(total)]
+        found = [near, None if search.veers else search.of_total(total)]
     if not any(found):
         shortest = search.run()
         if shortest.planned is None:

@@ -8,6 +8,7 @@ import minsnap
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.planning.request import plan_arguments
+from minsnap.vehicle import Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 TURNING = Limits(speed=3.0, acceleration=6.0, body_rate=0.45)
@@ -116,3 +117,12 @@ def test_a_total_has_a_plan_where_nothing_limits_the_shortest_time(total):
     limits = Limits(snap=1.0)
     path = minsnap.plan(REFERENCE, degree=5, pieces=3, limits=limits, total_time=total)
     assert path.duration == pytest.approx(total, rel=1e-12) and minsnap.certify(path, REFERENCE, limits=limits).ok
+
+
+@pytest.mark.slow
+def test_a_total_along_the_velocity_is_searched_from_the_shortest_plan_first():
+    """A search from about its price left that no work: its shortest plan was 68 % longer."""
+    points = [(0.0, 0.0, 0.0), (0.1665, -1.2885, 0.2792), (1.3063, -0.8939, 0.6461), (4.3131, -1.3602, -0.023)]
+    limits = Limits.of(Quadrotor.px4_sih(), speed=6.6, yaw_rate=0.95)
+    asked = {"limits": limits, "corridor": 0.3, "yaw": "velocity", "pieces": 1}
+    assert minsnap.plan(points, total_time=3.25, **asked).duration == pytest.approx(3.25, rel=1e-9)
