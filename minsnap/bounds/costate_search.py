@@ -31,8 +31,10 @@ class CostateSearchSettings:
         Share of a leg in which its speed is reached below which that counts as at once.
     factors : tuple of float
         That are tried on the costate at the end.
-    larger : float
+    larger : tuple of float
         On it where flights begin or end hovering, which makes a larger costate worth it.
+    enough : float
+        Factor on the time that each of them must gain for the next one to be tried.
     later : tuple of float
         Ends of intervals of the durations of such a leg, over that at the bound without it.
     """
@@ -44,8 +46,9 @@ class CostateSearchSettings:
     fast: float = 30.0
     least: float = 1e-7
     factors: tuple[float, ...] = (0.999, 0.9997, 1.0003, 1.001)
-    larger: float = 1.01
-    later: tuple[float, ...] = (0.97, 1.02, 1.06, 1.1, 1.16, 1.25, 1.5)
+    larger: tuple[float, ...] = (1.01, 1.1, 1.3, 1.6)
+    enough: float = 1.01
+    later: tuple[float, ...] = (0.97, 1.02, 1.06, 1.1, 1.16, 1.25, 1.5, 2.0, 3.0, 4.5)
 
 
 SETTINGS = CostateSearchSettings()
@@ -70,13 +73,22 @@ def longest_proof(course: PassedCourse, sets: BoundingSets) -> CostateProof | No
     # nothing to prove.
     tried = [proof.times(factor) for factor in (1.0, *SETTINGS.factors)]
     best = max(tried, key=lambda one: one.seconds()[0])
-    if not (best.growing and max(course.calm) > 1):
-        return best
-    return max(best, _from_hover(best.times(SETTINGS.larger)), key=lambda one: one.seconds()[0])
+    return _from_hover(best) if best.growing and max(course.calm) > 1 else best
 
 
 def _from_hover(proof: CostateProof) -> CostateProof:
-    """Return the proof with what flights keep soon after they hover, and before they hover again."""
+    """Return the proof with what flights keep soon after they hover, and before they hover again, where it gains."""
+    best = proof
+    for factor in SETTINGS.larger:
+        before, one = best.seconds()[0], _hovering(proof.times(factor))
+        best = max(best, one, key=lambda each: each.seconds()[0])
+        if one.seconds()[0] < SETTINGS.enough * before:
+            break
+    return best
+
+
+def _hovering(proof: CostateProof) -> CostateProof:
+    """Return the proof with shares of the sets that grow."""
     sums, last, shape = proof.sums, proof.course.legs - 1, proof.hovering.shape
     times = np.sqrt(np.maximum(sums.product, 0.0) / np.maximum(sums.room, SETTINGS.least))[ENDS]
     latest = times[:, None] * np.array(SETTINGS.later)

@@ -249,8 +249,8 @@ def most_angular_acceleration(limits: VehicleLimits) -> float | None:
 
     Whatever the rate about that axis, Euler's equations with principal inertias :math:`I_x, I_y < I_z` change
     :math:`Q = \sum_{i = x, y} I_i (I_z - I_i) \omega_i^2` by torques alone:
-    :math:`	frac12 \dot Q = \sum (I_z - I_i) \omega_i 	au_i`. So its root grows by
-    :math:`\max \sqrt{\sum (I_z - I_i) 	au_i^2 / I_i}` at most, and the axis turns at
+    :math:`\tfrac12 \dot Q = \sum (I_z - I_i) \omega_i \tau_i`. So its root grows by
+    :math:`\max \sqrt{\sum (I_z - I_i) \tau_i^2 / I_i}` at most, and the axis turns at
     :math:`\sqrt{Q / \min I_i (I_z - I_i)}` at most. With :math:`I_x = I_y` both have the factor :math:`I_z - I_x`.
     """
     vehicle = limits.vehicle

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from math import isfinite
 
 from minsnap.bounds.costate_proof import CostateProof
 from minsnap.bounds.derivative_sets import DerivativeSet, GrowingSet, Sets
@@ -26,6 +27,17 @@ def proves(proof: CostateProof, seconds: float) -> bool:
 def least_time_proved(proof: CostateProof) -> Fraction | None:
     """Return the time that a costate proves [s]; None where it proves nothing."""
     course, legs = proof.course, len(proof.grid)
+    (_, points), parts, intervals = proof.grid.shape, proof.splits.shape[2] - 1, proof.latest.shape[1]
+    shapes = {
+        "costate": (legs, points, 3),
+        "rate": (legs, 3),
+        "splits": (legs, points - 1, parts + 1, max(len(proof.accelerations) - 1, 0), 3),
+        "rate_splits": (legs, points - 1, max(len(proof.velocities) - 1, 0), 3),
+        "latest": (2, intervals),
+        "hovering": (2, intervals, (points - 1) * parts, 2, len(proof.growing), 3),
+    }
+    if any(getattr(proof, name).shape != shape for name, shape in shapes.items()) or not isfinite(proof.latest.sum()):
+        return None
     costate, rates, grid = exact(proof.costate), exact(proof.rate), exact(proof.grid)
     # The formula of `costate_proof` holds only for a costate that is continuous, at the waypoints too.
     joints = [costate[leg][-1] == costate[leg + 1][0] for leg in range(legs - 1)]

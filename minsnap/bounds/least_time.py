@@ -35,7 +35,7 @@ HALF = 6
 
 @dataclass(frozen=True, eq=False)
 class TimeBound:
-    """A time that every flight of a course takes at least, whatever its curve.
+    """A time that every flight of a course takes at least, whatever its curve, if it is as smooth as its question says.
 
     Parameters
     ----------
@@ -82,6 +82,7 @@ def least_time(
     end: Mapping[str, ArrayLike] | None = None,
     *,
     closed: bool = False,
+    degree: int = 7,
 ) -> TimeBound:
     """Return a time below which no flight passes the waypoints within limits: no polynomial, and no other curve.
 
@@ -90,9 +91,11 @@ def least_time(
 
     Parameters
     ----------
-    waypoints, limits, corridor, waypoint_tolerance, start, end, closed
+    waypoints, limits, corridor, waypoint_tolerance, start, end, closed, degree
         As :func:`minsnap.plan` takes them: at rest unless ``start`` or ``end`` says otherwise. There is no bound yet
-        where the velocity at an end is free.
+        where the velocity at an end is free. The derivatives up to (degree - 1) / 2 are continuous in all the flights:
+        to hover takes an acceleration that is zero and continuous for jerk and body rate, and for snap and rotors a
+        jerk that is so too.
 
     Returns
     -------
@@ -118,7 +121,7 @@ def least_time(
     final = len(placement.points) - 1
     ends = None if lap else np.stack([pinned[knot].get(1, free) for knot in (0, final)])
     gates = {} if knots is None else knots.gates
-    calm = (0, 0) if lap else calm_orders(pinned, final, HALF - 1)
+    calm = (0, 0) if lap else calm_orders(pinned, final, checks.check_degree(degree) - 1)
     named = names_of(walls_of(constraints, placement.points))
     return TimeQuestion(placement, gates, ends, limits, named, calm).bound
 
@@ -191,7 +194,7 @@ def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ())
     if proof is None:
         return TimeBound(None, left_out, "no proof was found: it takes the native core")
     grown = {one.name for g, one in enumerate(proof.growing) if proof.hovering[..., g, :].any()}
-    left_out = tuple(f"{name} between the ends" if name in grown else name for name in left_out)
+    left_out = tuple(f"{name} away from hover" if name in grown else name for name in left_out)
     seconds, size = proof.seconds()
     seconds -= ROUNDED * size
     if not seconds > 0.0:

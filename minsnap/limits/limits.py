@@ -387,6 +387,12 @@ class VehicleLimits(Limits):
     vehicle: Any = None
     reserve: float = 0.0
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.vehicle is not None and self.gravity != self.vehicle.gravity:
+            own = f"{self.vehicle.gravity:g} m/s² of its vehicle"
+            raise LimitError(f"gravity={self.gravity:g} of the limits is not the {own}: give Limits.of one with that")
+
     def _used(self, traj: Trajectory, proved: bool) -> tuple[Utilisation, ...]:
         """Return the utilisation of each limit, and of each side of the rotors' thrust limits.
 

@@ -46,7 +46,7 @@ def test_jerk_at_the_ends_is_most_of_what_it_costs():
     ramp = 6.0**2 / 30.0
     optimum = 2.0 * (ramp + sqrt(ramp**2 + 4.0 * 6.0 * 8.0)) / 12.0
     bound = least_time(LINE, limits)
-    assert bound.verify() and bound.left_out == ("jerk between the ends",)
+    assert bound.verify() and bound.left_out == ("jerk away from hover",)
     assert 0.975 * optimum < bound.seconds < optimum
     assert bound.seconds > 1.05 * least_time(LINE, Limits(acceleration=6.0)).seconds
 
@@ -75,8 +75,8 @@ def test_numbers_that_were_changed_prove_no_more(name):
     bound = least_time(COURSE, LIMITS["rotors"], waypoint_tolerance=Ball(0.1))
     changed = replace(bound.proof, **{name: 1.03 * getattr(bound.proof, name)})
     assert not replace(bound, proof=changed).verify()
-    fewer = replace(bound.proof, latest=bound.proof.latest[:, ::-1])
-    assert least_time_proved(fewer) is None
+    for latest in (bound.proof.latest[:, ::-1], bound.proof.latest[:, :2], bound.proof.latest * np.inf):
+        assert least_time_proved(replace(bound.proof, latest=latest)) is None
 
 
 def test_a_quicker_body_or_ends_that_do_not_hover_are_another_question():
@@ -113,6 +113,23 @@ def test_curves_that_jump_do_not_keep_what_grows():
     assert report.lower_bound == pytest.approx(without_hover(COURSE, LIMITS["rotors"]), rel=1e-2)
     assert "single rotors" in report.least.bound.left_out
     assert minsnap.plan(COURSE, **asked).report.lower_bound > 1.02 * report.lower_bound
+
+
+@pytest.mark.parametrize(("degree", "limits"), [(3, LIMITS["jerk"]), (5, LIMITS["snap along axes"])])
+def test_curves_of_a_lower_degree_have_a_bound_of_their_own(degree, limits):
+    """Their acceleration, or jerk, jumps: they are quicker than smooth flights."""
+    points = [(0.0, 0.0, 0.0), (0.3, 0.0, 0.0)]
+    flown = minsnap.plan(points, limits=limits, degree=degree, pieces=4)
+    bound = least_time(points, limits, degree=degree)
+    assert bound.verify() and flown.report.lower_bound == bound.seconds <= flown.duration
+    assert bound.seconds < least_time(points, limits).seconds
+
+
+def test_what_jerk_alone_makes_long_is_proved_long():
+    """With intervals up to one and a half times the duration without jerk at most a twelfth was gained."""
+    points = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
+    bound, free = least_time(points, Limits(acceleration=6.0, jerk=10.0)), least_time(points, Limits(acceleration=6.0))
+    assert bound.verify() and bound.seconds > 1.5 * free.seconds
 
 
 @pytest.mark.parametrize("inertia", [(0.0054, 0.0054, 0.0096), (0.004, 0.0055, 0.0085), (0.0053, 0.0055, 0.0056)])

@@ -134,5 +134,5 @@ def test_a_bound_with_drag_is_proved_and_above_that_of_the_speed_alone():
     path = minsnap.plan(points, limits=limits, pieces=1)
     bound, speed = minsnap.least_time(points, limits), minsnap.least_time(points, Limits(speed=6.0))
     assert bound.verify() and speed.seconds < bound.seconds < path.duration
-    assert bound.left_out == ("the least thrust", "single rotors between the ends")
+    assert bound.left_out == ("the least thrust", "single rotors away from hover")
     assert "max thrust with drag" in minsnap.least_time(points, Limits.of(Quadrotor.dji_f330(), tilt=0.5)).left_out

@@ -74,7 +74,7 @@ def test_a_sentence_says_what_is_left_out():
     room = minsnap.Room((-9, -9, 0), (9, 9, 9))
     inside = {"corridor": [1.5, room], "avoid": [Cylinder((2.2, 2.6), 0.2)]}
     report = minsnap.plan(POINTS, limits=limits, **inside, pins={1: {"velocity": (1, 1, 0)}}).report
-    left = "jerk between the ends, the corridor, the room, the obstacles and the pins on the way left out"
+    left = "jerk away from hover, the corridor, the room, the obstacles and the pins on the way left out"
     assert report.nearness.endswith(left)
 
 

@@ -141,5 +141,5 @@ def test_what_has_no_legs_of_its_own_refuses_speeds_of_legs(tmp_path):
 
 def test_the_bound_takes_the_greatest_and_says_so():
     bound = minsnap.least_time(POINTS, LIMITS)
-    assert bound.left_out == ("jerk between the ends", "slower speeds of legs") and bound.verify()
+    assert bound.left_out == ("jerk away from hover", "slower speeds of legs") and bound.verify()
     assert bound.seconds < minsnap.plan(POINTS, limits=LIMITS, pieces=1).duration

@@ -258,3 +258,10 @@ def test_a_drag_that_is_not_of_the_body_has_no_part_in_limits():
     path = minsnap.plan(*random_legs(0, 1))
     bare = rotors(Limits.of(dataclasses.replace(vehicle, drag=BodyDrag())), path)
     assert [used.value for used in rotors(Limits.of(vehicle), path)] == [used.value for used in bare]
+
+
+def test_limits_of_a_vehicle_have_its_gravity():
+    """Else its rotors were measured in one, and thrust in another."""
+    limits = Limits.of(VEHICLES["crazyflie"])
+    with pytest.raises(minsnap.InputError, match="vehicle"):
+        dataclasses.replace(limits, gravity=1.62)

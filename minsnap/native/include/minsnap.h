@@ -213,7 +213,8 @@ MINSNAP_API minsnap_status minsnap_brake(minsnap_planner *planner, const minsnap
                                          double instant, minsnap_curve *curve);
 
 /* A time that every flight of a problem within limits takes at least, whatever its curve, rounded down [s]. Speed, acceleration, thrust and tilt
- * bound it; jerk, snap, body rate and the torque of rotors do at ends where the flight hovers; other limits and the walls are left out. */
+ * bound it; jerk, snap, body rate and the torque of rotors do at ends where the flight hovers, for curves of its degree; other limits, the walls, and
+ * thrust and tilt with drag are left out. */
 MINSNAP_API minsnap_status minsnap_least_time(minsnap_planner *planner, const minsnap_problem *problem, double *seconds);
 
 /* Derivatives of an order at instants (count,) [s] from 0 to the duration: out (count, dim) [m/s^order]. */

@@ -17,12 +17,13 @@ struct BoundSettings {
     static constexpr double fast = 30.0;         // speed that no shortest flight has, over that of an acceleration along the whole way
     static constexpr double least = 1e-7;        // share of a leg in which its speed is reached that counts as at once
     static constexpr double factors[] = {1.0, 0.999, 0.9997, 1.0003, 1.001};  // that are tried on the costate
-    static constexpr double larger = 1.01;                                    // the same where flights begin or end hovering
-    static constexpr double later[] = {0.97, 1.02, 1.06, 1.1,
-                                       1.16, 1.25, 1.5};   // ends of intervals of such a leg's duration, over that at the bound
-    static constexpr double widest = 1.2;                  // half-angle up to which a cone around the vertical counts [rad]
-    static constexpr double rounded = 1e-10;               // share of what a time is the sum of by which it is rounded down
-    static constexpr double beside = 1.0 + 8.0 * 0x1p-53;  // factor on what is computed from limits
+    static constexpr double larger[] = {1.01, 1.1, 1.3, 1.6};                 // the same where flights begin or end hovering,
+    static constexpr double enough = 1.01;                                    // while each gains that much
+    static constexpr double later[] = {0.97, 1.02, 1.06, 1.1, 1.16,
+                                       1.25, 1.5,  2.0,  3.0, 4.5};  // ends of intervals of such a leg's duration, over that at the bound
+    static constexpr double widest = 1.2;                            // half-angle up to which a cone around the vertical counts [rad]
+    static constexpr double rounded = 1e-10;                         // share of what a time is the sum of by which it is rounded down
+    static constexpr double beside = 1.0 + 8.0 * 0x1p-53;            // factor on what is computed from limits
 };
 using B = BoundSettings;
 
@@ -92,7 +93,12 @@ public:
         double best = 1.0;
         for (const double factor : B::factors)
             if (const double found = proved(factor, false); found > seconds) seconds = found, best = factor;
-        if (growing_ > 0 && std::max(calm_[0], calm_[1]) > 1) seconds = std::max(seconds, proved(B::larger * best, true));
+        for (const double factor : B::larger) {
+            if (growing_ == 0 || std::max(calm_[0], calm_[1]) < 2) break;
+            const double before = seconds, found = proved(factor * best, true);
+            seconds = std::max(seconds, found);
+            if (!(found >= B::enough * before)) break;
+        }
         return seconds > 0.0 ? Status::done : Status::not_proved;
     }
 
@@ -366,7 +372,7 @@ private:
     // What growing sets add to the room of a leg at an end, for its durations up to each of some, and these.
     void add_growing(std::int64_t leg, double factor, double time, double *saved, double *latest) const {
         const std::int64_t more = std::max(own_, 1) - 1, steps = parts_ * B::finer;
-        const double *const grid = grid_.data() + leg * (fine_ + 1), *const costate = costate_.data() + 3 * leg * (fine_ + 1);
+        const double *const grid = grid_.data() + leg * (fine_ + 1);
         for (int j = 0; j < intervals; ++j) saved[j] = 0.0, latest[j] = B::later[j] * time;
         for (std::int64_t part = 0; part < fine_ * steps; ++part) {
             const std::int64_t cell = part / steps, i = part % steps;
