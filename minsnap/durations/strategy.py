@@ -487,7 +487,8 @@ class Strategy:
                 curve = self._searched(question)
                 if not isinstance(curve, ShortestCurve):
                     return replace(found, reason=curve)
-                if limits is self.limits and not question.costs:
+                unknown = self.veers and question.turning is None  # a first search knows no heading, nor its rate
+                if limits is self.limits and not (question.costs or unknown):
                     self.watched.spared(curve.inside)
                 found = found if inside else Attempt(curve=curve)
                 if not curve.durations.max() <= LONGEST_PIECE:
@@ -522,7 +523,7 @@ class Strategy:
                 if found.solved is not None or curve.stopped or slows or excess > SETTINGS.seen_excess:
                     break
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
-        if found.solved is None and self.veers and self.task.still and not question.held:
+        if found.solved is None and self.veers and self.task.still and not (question.held or self.interrupted):
             slower = (self._touching(one, self.limits) for one in tried)
             plans = (one for one in slower if one is not None and keeps(self.limits, one.flown))
             return found.then(Attempt(shorter(*plans), stands_in=True))
@@ -593,7 +594,9 @@ class Strategy:
             return NOTHING
         slower = map(solved_at(self.task, curve).slowed, SETTINGS.longer_factors)
         plans = (self.cheapest_in_durations(one, one.durations) for one in slower)
-        return Attempt(next((one for one in plans if one is not None or self.interrupted), None))
+        solved = next((one for one in plans if one is not None or self.interrupted), None)
+        far = solved is not None and solved.flown.duration > SETTINGS.slow_by_turns * curve.durations.sum()
+        return Attempt(solved, stands_in=far)
 
     def _within(
         self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, slower_share: float
@@ -664,7 +667,9 @@ class Strategy:
     def _touching(self, solved: SolvedTask, limits: Limits, guess: float | None = None) -> SolvedTask | None:
         """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
         factor = if_possible(partial(touching_factor, limits, solved.flown, guess, deadline=self.deadline))
-        return None if factor is None else solved.slowed(grained(factor))
+        if factor is None:
+            return None
+        return solved.slowed(grained(max(factor, 1.0) if self.walled else factor))
 
     def _turning(self, solved: SolvedTask, curve: ShortestCurve | None, asked: ShortestQuestion) -> Attempt:
         """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.

@@ -18,6 +18,9 @@ from minsnap.refusals.sentences import UnlimitedError, nothing_limits
 REMEMBERED = 32
 """Searches of a question whose end is remembered."""
 
+INTERRUPTED = "the search was interrupted before it had a plan that can be certified"
+"""What Ctrl-C leaves to be said."""
+
 VANISHING = 1e-6
 """Share of the longest total below which nothing limits the time."""
 
@@ -116,4 +119,4 @@ class WatchedSearch:
         except KeyboardInterrupt:
             if not self.timing.best_on_interrupt:
                 raise
-            self.ended = LateError("the search was interrupted before it had a plan that can be certified")
+            self.ended = LateError(INTERRUPTED)

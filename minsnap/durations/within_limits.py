@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, significant
-from minsnap.basics.deadline import Deadline
+from minsnap.basics.deadline import Deadline, LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.connector import pinned_use
 from minsnap.durations.initial_guess import priced_first_guess, worth_of_time
@@ -20,6 +20,7 @@ from minsnap.durations.strategy import Strategy
 from minsnap.durations.time_scaling import scaled_plan
 from minsnap.durations.time_stretch import grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, attempted, found_in, solved_or_explained, timed
+from minsnap.durations.watched_search import INTERRUPTED
 from minsnap.durations.ways import EndConnectors, end_on_limit, from_end, shortest_from
 from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
@@ -129,8 +130,11 @@ def limited_plan(task: Task, timing: Timing) -> PlanOutcome:
     free = _without_limits(task, timing)
     if isinstance(free, MinsnapError):
         return PlanOutcome(reason=free)
-    if free is not None and (keeps(limits, free.trajectory) or (price is not None and free.interrupted)):
+    if free is not None and keeps(limits, free.trajectory):
         return PlanOutcome(free)
+    if free is not None and free.interrupted and price is not None:
+        slower = limits_kept(free, task, timing, True)
+        return slower if slower.planned is not None else PlanOutcome(reason=LateError(INTERRUPTED))
     if free is not None and not _searchable(task, limits):
         return limits_kept(free, task, timing, price is not None)
     search = Strategy(task, timing)
@@ -202,7 +206,8 @@ def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
             return shortest
         fastest, least = shortest.planned.solved, shortest.planned.trajectory.duration
         if least * (1.0 - KEPT) > total:
-            return PlanOutcome(reason=shorter_than_found(total, fastest.trajectory.duration))
+            ended = search.watched.ended if search.watched.lost else None
+            return PlanOutcome(reason=ended or shorter_than_found(total, fastest.trajectory.duration))
         found = [None if early or search.interrupted else search.cheapest(fastest, total=total)]
     run = Run(search.found.steps, early or search.interrupted)
     plans = [_cheaper(one, task, timing, run) for one in found if one is not None]
@@ -225,7 +230,8 @@ def from_rest(task: Task, timing: Timing) -> Timed | None:
     the total of that rest, or of a slower one.
     """
     deadline = timing.in_time(task).deadline
-    if task.samples is not None or core().name != "native" or (deadline.spent and not deadline.has_last_try()):
+    over = deadline.late or (deadline.spent and not deadline.has_last_try())
+    if task.samples is not None or core().name != "native" or over:
         return None
     search = if_possible(lambda: Strategy(task, replace(timing, limits=timing.limits or Limits())))
     if search is None:
@@ -248,7 +254,7 @@ def _cheaper(found: SolvedTask, asked: Task, timing: Timing, run: Run) -> Timed:
 
     A search stands off from peaks between its instants as they are, and joins more derivatives than may be asked for.
     """
-    task = replace(timing.bounded(asked), pieces=found.trajectory.pieces)
+    task = timing.in_time(replace(timing.bounded(asked), pieces=found.trajectory.pieces))
     planned = plans_for(task, timing, run, Effort.GLANCE)(found.trajectory.durations)
     whole = timed(found, run)
     return whole if planned is None or planned.cost > whole.cost else planned

@@ -5,6 +5,7 @@ from random_combinations import question
 from tasks import REFERENCE
 
 import minsnap
+from minsnap.basics.deadline import LateError
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.planning.request import plan_arguments
@@ -126,3 +127,36 @@ def test_a_total_along_the_velocity_is_searched_from_the_shortest_plan_first():
     limits = Limits.of(Quadrotor.px4_sih(), speed=6.6, yaw_rate=0.95)
     asked = {"limits": limits, "corridor": 0.3, "yaw": "velocity", "pieces": 1}
     assert minsnap.plan(points, total_time=3.25, **asked).duration == pytest.approx(3.25, rel=1e-9)
+
+
+def interrupted_at(step, points, **asked):
+    """What Ctrl-C at a step of the search leaves."""
+    steps = []
+
+    def press(_):
+        steps.append(1)
+        if len(steps) == step:
+            raise KeyboardInterrupt
+
+    return minsnap.plan(points, progress=press, **asked), len(steps)
+
+
+CORNER = [(0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (4.0, 4.0, 1.0)]
+
+
+def test_an_interrupted_price_is_flown_within_the_limits():
+    """Its plan without limits was refused by the last look, and searched anew."""
+    search = minsnap.Search(time_weight=1e6, on_interrupt="return")
+    path, steps = interrupted_at(1, CORNER, limits=Limits(speed=1.0, acceleration=2.0), search=search)
+    assert path.report.interrupted and steps < 10
+    assert minsnap.certify(path, CORNER, limits=Limits(speed=1.0, acceleration=2.0)).ok
+
+
+@pytest.mark.parametrize("pieces", [1, "auto"])
+def test_an_interrupted_total_says_so(pieces):
+    """It said that the shortest found was longer, and began again with other pieces."""
+    limits, search = Limits(speed=3.0, acceleration=6.0, tilt=0.5), minsnap.Search(on_interrupt="return")
+    with pytest.raises(LateError, match="interrupted"):
+        interrupted_at(12, CORNER, limits=limits, total_time=3.4245, pieces=pieces, search=search)
+    with pytest.raises(LateError, match="time_limit"):
+        minsnap.plan(CORNER, limits=limits, total_time=3.4245, pieces=pieces, search=minsnap.Search(time_limit=1e-3))

@@ -234,6 +234,16 @@ def test_rotors_give_the_torque_of_a_yaw_that_follows_from_the_path(yaw):
     assert path.duration <= 7.62
 
 
+@pytest.mark.slow
+def test_what_stands_in_along_the_velocity_is_a_curve_that_knows_its_heading():
+    """One of the first search, which does not know it, was far too short, and took 9.93 s when it was slowed."""
+    points = [(1.29, 0.48, 0.1), (2.02, -0.5, -0.03), (2.17, -1.78, 0.1), (0.94, -2.33, -0.07), (2.87, -1.5, 0.24)]
+    limits = Limits.of(Quadrotor.px4_sih(), yaw_rate=3.0)
+    path = minsnap.plan(points, limits=limits, yaw="velocity", pieces=2, corridor=0.3)
+    assert minsnap.certify(path, points, limits=limits, corridor=0.3).ok
+    assert path.duration <= 4.6
+
+
 @pytest.mark.parametrize(("legs", "most"), [(3, 7.70), (5, 10.4)])
 def test_a_heading_along_the_velocity_leaves_rotors_room_where_it_is_held_alone(legs, most):
     """Searches that did not know it again, with more pieces, or that left room everywhere took 7.78 and 18.5 s."""

@@ -253,7 +253,7 @@ private:
         return Status::done;
     }
 
-    // The shortest curve inside that it came by in place of an end, in as many pieces; without one the last curve, which says why.
+    // The shortest curve inside that it came by in place of an end, in at least as many pieces; without one the last curve, which says why.
     Status given_up(ShortestAnswer &answer) {
         Chain<S> &chain = point_.chain, &inside = point_.inside;
         const bool known = inside.pieces > 0 && request_.rough == 0 && (!costs() || chain.held());
