@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
 
@@ -64,10 +64,6 @@ class PlanOutcome:
         """Return the plan of the shorter flight, the reason of this one where neither has any."""
         plan = quickest((self, other))
         return self if plan is None or plan is self.planned else other
-
-    def without_steps(self) -> PlanOutcome:
-        """Return the same without its steps, which were told before."""
-        return self if self.planned is None else replace(self, planned=replace(self.planned, steps=()))
 
     def plan(self) -> Timed:
         """Return the plan.

@@ -21,7 +21,7 @@ two of them with the best so far.  Every smaller number of pieces is searched th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import chain
@@ -524,10 +524,13 @@ class Strategy:
                     break
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
         if found.solved is None and self.veers and self.task.still and not (question.held or self.interrupted):
-            slower = (self._touching(one, self.limits) for one in tried)
-            plans = (one for one in slower if one is not None and keeps(self.limits, one.flown))
-            return found.then(Attempt(shorter(*plans), stands_in=True))
+            return found.then(self._slowed(tried))
         return found
+
+    def _slowed(self, tried: Sequence[SolvedTask]) -> Attempt:
+        """Fly each of some curves at the speed at which a limit is just kept, and return the shortest flight."""
+        slower = (self._touching(one, self.limits) for one in tried)
+        return Attempt(shorter(*(one for one in slower if one and keeps(self.limits, one.flown))), stands_in=True)
 
     def _turned(
         self, question: ShortestQuestion, solved: SolvedTask, limits: Limits, excess: float
