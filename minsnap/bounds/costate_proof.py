@@ -37,9 +37,6 @@ from minsnap.basics.cached import cached_property
 from minsnap.bounds.derivative_sets import Growing, Sets
 from minsnap.bounds.passed_course import PassedCourse
 
-ENDS = [0, -1]
-"""The first and the last leg."""
-
 
 class LegSums(NamedTuple):
     """What stands for each leg in the bound, (legs,) each.
@@ -53,7 +50,7 @@ class LegSums(NamedTuple):
     lost : ndarray
         Integrals of the velocities' support [s].
     saved : dict of int to ndarray, shape (intervals,)
-        What sets that grow add to the room of the first leg, 0, and of the last one, -1.
+        What sets that grow add to the room of the first and of the last leg, by leg.
     """
 
     room: FloatArray
@@ -107,6 +104,11 @@ class CostateProof(OwnsArrays):
         """In how many parts of each cell norms are summed, by the trapezoid rule, which is not below the integral."""
         return int(self.splits.shape[2]) - 1
 
+    @property
+    def end_legs(self) -> tuple[int, int]:
+        """The first and the last leg."""
+        return 0, self.course.legs - 1
+
     def times(self, factor: float) -> CostateProof:
         """Return the same with a costate and rates that are multiplied."""
         names = ("costate", "rate", "splits", "rate_splits", "hovering")
@@ -139,7 +141,7 @@ class CostateProof(OwnsArrays):
         """Return the least of (1 - a) T + b / T for each leg, (legs,) [s]."""
         found = 2.0 * np.sqrt(sums.room * product)
         for leg, saved in sums.saved.items():
-            begins = np.append(0.0, self.latest[leg])  # of intervals
+            begins = np.append(0.0, self.latest[self.end_legs.index(leg)])  # of intervals
             ends, rooms = np.append(begins[1:], inf), sums.room[leg] + np.append(saved, 0.0)
             best = np.clip(np.sqrt(product[leg] / np.maximum(rooms, 1e-300)), np.maximum(begins, 1e-300), ends)
             found[leg] = (rooms * best + product[leg] / best).min()
@@ -180,22 +182,22 @@ class CostateProof(OwnsArrays):
     def _saved(self, width: FloatArray, along: FloatArray) -> dict[int, FloatArray]:
         """Return what sets that grow take from the integrals of the accelerations' support, in every interval."""
         saved = dict[int, FloatArray]()
-        for leg in {0, len(width) - 1} if self.latest.size else ():
+        for leg in set(self.end_legs) if self.latest.size else ():
             places, shares = self.of_parts(along[leg]), self.of_parts(self.splits[leg])
             rest, grown = places, np.zeros((1, 1, 1))
             for end in (0, 1):
-                if leg == (0, len(width) - 1)[end]:
+                if leg == self.end_legs[end]:
                     rest, after = rest - self.hovering[end].sum(axis=3), self.after(end)[..., None]
                     for g, one in enumerate(self.growing):
                         grown = grown + one.support(self.hovering[end, ..., g, :], after)
             gained = support(self.accelerations, places, shares) - support(self.accelerations, rest, shares) - grown
             lengths = np.repeat(width[leg] / self.parts, self.parts)
-            saved[-1 if leg else 0] = 0.5 * (gained.sum(axis=2) * lengths).sum(axis=1)
+            saved[leg] = 0.5 * (gained.sum(axis=2) * lengths).sum(axis=1)
         return saved
 
     def after(self, end: int) -> FloatArray:
         """Return how long after the start, or before the end, parts of that leg last at most, (intervals, n) [s]."""
-        grid, share = self.grid[ENDS[end]], np.arange(self.parts) / self.parts
+        grid, share = self.grid[self.end_legs[end]], np.arange(self.parts) / self.parts
         begins = (grid[:-1, None] + share * np.diff(grid)[:, None]).reshape(-1)
         return np.asarray(self.latest[end, :, None] * (np.append(begins[1:], 1.0) if end == 0 else 1.0 - begins))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.bounds.costate_proof import ENDS, CostateProof, support
+from minsnap.bounds.costate_proof import CostateProof, support
 from minsnap.bounds.derivative_sets import BoundingSets, DerivativeSet, Sets
 from minsnap.bounds.passed_course import PassedCourse
 from minsnap.native.costate import CostateQuestion, FoundCostate, find_costate
@@ -78,27 +78,30 @@ def longest_proof(course: PassedCourse, sets: BoundingSets) -> CostateProof | No
 
 def _from_hover(proof: CostateProof) -> CostateProof:
     """Return the proof with what flights keep soon after they hover, and before they hover again, where it gains."""
-    best = proof
+    best, most = proof, proof.seconds()[0]
     for factor in SETTINGS.larger:
-        before, one = best.seconds()[0], _hovering(proof.times(factor))
-        best = max(best, one, key=lambda each: each.seconds()[0])
-        if one.seconds()[0] < SETTINGS.enough * before:
+        one = _hovering(proof.times(factor))
+        now = one.seconds()[0]
+        enough = now >= SETTINGS.enough * most
+        if now > most:
+            best, most = one, now
+        if not enough:
             break
     return best
 
 
 def _hovering(proof: CostateProof) -> CostateProof:
     """Return the proof with shares of the sets that grow."""
-    sums, last, shape = proof.sums, proof.course.legs - 1, proof.hovering.shape
-    times = np.sqrt(np.maximum(sums.product, 0.0) / np.maximum(sums.room, SETTINGS.least))[ENDS]
+    sums, ends, shape = proof.sums, proof.end_legs, proof.hovering.shape
+    times = np.sqrt(np.maximum(sums.product, 0.0) / np.maximum(sums.room, SETTINGS.least))[list(ends)]
     latest = times[:, None] * np.array(SETTINGS.later)
     proof = replace(proof, latest=latest)
     along, hovering = proof.instants(), np.zeros((2, len(SETTINGS.later), *shape[2:]))
-    for end, leg in enumerate((0, last)):
+    for end, leg in enumerate(ends):
         after = proof.after(end)[..., None]
         places, shares = proof.of_parts(along[leg]), proof.of_parts(proof.splits[leg])
         before, gained = support(proof.accelerations, places, shares), np.zeros(after.shape[:2])
-        near = after[..., 0] <= (1.0 if last else 0.5 + 1e-9) * latest[end, :, None]  # half of a single leg each
+        near = after[..., 0] <= (1.0 if ends[1] else 0.5 + 1e-9) * latest[end, :, None]  # half of a single leg each
         for g, one in enumerate(proof.growing):
             if proof.course.calm[end] > one.power:
                 own = np.broadcast_to(one.share(places - shares.sum(axis=2), after), (*gained.shape, 2, 3))

@@ -63,14 +63,18 @@ class DerivativeSet:
         center = max(abs(value) for value in self.center)
         return center + max((radius for _, radius in self.balls), default=self.height * (1.0 + self.slope))
 
-    def support(self, along: FloatArray) -> FloatArray:
-        """Return how far it reaches along vectors (..., 3) that are zero in the coordinates that are free: (...)."""
+    def support(self, along: FloatArray, slope: FloatArray | None = None) -> FloatArray:
+        """Return how far it reaches along vectors (..., 3) that are zero in the coordinates that are free: (...).
+
+        A cone does so with other slopes (...) where they are given.
+        """
         reach = along @ np.array(self.center)
         for axes, radius in self.balls:
             reach = reach + radius * np.sqrt((along[..., list(axes)] ** 2).sum(axis=-1))
         if self.height:
             aside = np.sqrt((along[..., :2] ** 2).sum(axis=-1))
-            reach = reach + self.height * np.maximum(along[..., 2] + self.slope * aside, 0.0)
+            opened = aside * (self.slope if slope is None else slope)
+            reach = reach + self.height * np.maximum(along[..., 2] + opened, 0.0)
         return np.asarray(reach)
 
     def scaled(self, factor: float) -> DerivativeSet:
@@ -111,11 +115,7 @@ class GrowingSet:
     def support(self, along: FloatArray, time: FloatArray) -> FloatArray:
         """Return how far it reaches at times (...) along vectors (..., 3): (...)."""
         unit, size = self.unit, self.size(time)
-        if not unit.height:
-            return np.asarray(size * unit.support(along))
-        aside = np.sqrt((along[..., :2] ** 2).sum(axis=-1))
-        opened = np.maximum(along[..., 2] + self.slope(size) * aside, 0.0)
-        return np.asarray(replace(unit, height=0.0).support(along) + unit.height * opened)
+        return unit.support(along, self.slope(size)) if unit.height else np.asarray(size * unit.support(along))
 
     def share(self, along: FloatArray, time: FloatArray) -> FloatArray:
         """Return the parts of vectors (..., 3) that a set of thrusts up to a norm loses least by, at times (...).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -121,7 +121,7 @@ def least_time(
     final = len(placement.points) - 1
     ends = None if lap else np.stack([pinned[knot].get(1, free) for knot in (0, final)])
     gates = {} if knots is None else knots.gates
-    calm = (0, 0) if lap else calm_orders(pinned, final, checks.check_degree(degree) - 1)
+    calm = calm_orders(pinned, final, checks.check_degree(degree) - 1)
     named = names_of(walls_of(constraints, placement.points))
     return TimeQuestion(placement, gates, ends, limits, named, calm).bound
 
@@ -156,7 +156,7 @@ class TimeQuestion:
     beside : tuple of str
         What the flights keep besides: a corridor, obstacles, pins on the way.
     calm : tuple of int
-        Order up to which the derivatives of the flights are zero at start and end, and continuous.
+        Order up to which the derivatives of the flights are zero at start and end, and continuous; of a lap, any.
     """
 
     placement: Placement
@@ -173,8 +173,8 @@ class TimeQuestion:
             return TimeBound(None, reason="it is known of up to three coordinates")
         if self.ends is not None and np.isnan(self.ends).any():
             return TimeBound(None, reason="the velocity at an end is free")
-        course = passed_course(self.placement, self.gates, self.ends, self.ends is None)
-        return bound_of(replace(course, calm=self.calm), self.limits, self.beside)
+        course = passed_course(self.placement, self.gates, self.ends, self.calm)
+        return bound_of(course, self.limits, self.beside)
 
 
 def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ()) -> TimeBound:

@@ -84,14 +84,16 @@ class PassedCourse(OwnsArrays):
 
 
 def passed_course(
-    placement: Placement, gates: Mapping[int, Gate], ends: FloatArray | None, closed: bool
+    placement: Placement, gates: Mapping[int, Gate], ends: FloatArray | None, calm: tuple[int, int]
 ) -> PassedCourse:
     """Return the course of a placement and of the gates among its waypoints; others count as the boxes around them.
 
     Parameters
     ----------
     ends : ndarray, shape (2, dim), or None
-        Velocities at start and end [m/s]; None for rest.
+        Velocities at start and end [m/s]; None for a lap.
+    calm : tuple of int
+        That of the course, of which a lap keeps nothing.
     """
     count, dim = placement.points.shape
     centers, rounds, sides = np.zeros((count, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
@@ -107,7 +109,7 @@ def passed_course(
     velocities = np.zeros((2, 3))
     if ends is not None:
         velocities[:, :dim] = ends
-    return PassedCourse(dim, centers, rounds, sides, velocities, closed)
+    return PassedCourse(dim, centers, rounds, sides, velocities, ends is None, (0, 0) if ends is None else calm)
 
 
 def _opening(gate: Gate) -> tuple[FloatArray, FloatArray, FloatArray]:

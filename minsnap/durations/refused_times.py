@@ -16,7 +16,7 @@ from minsnap.basics.deadline import LateError
 from minsnap.durations.connector import pinned_use
 from minsnap.durations.longer_times import least_longer
 from minsnap.durations.outcome import if_possible
-from minsnap.durations.starts import least_of
+from minsnap.durations.starts import time_question
 from minsnap.durations.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
 from minsnap.durations.ways import start_on_limit
 from minsnap.durations.within_limits import from_rest, plans_for, searched_in_time
@@ -175,7 +175,7 @@ class AskedTimes:
             return None
         from minsnap.bounds.least_time import BelowLeast
 
-        proof = BelowLeast(timing.total, least_of(task, timing.limits))
+        proof = BelowLeast(timing.total, time_question(task, timing.limits).bound)
         return below_least_time(proof, shortest) if proof.verify() else None
 
     def _of_these_times(self, proof: Contradiction) -> bool:

@@ -6,12 +6,14 @@ where that may end far away, and at the flight of fewer pieces.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import prod
 
 import numpy as np
 
-from minsnap.bounds.least_time import TimeBound, TimeQuestion, calm_orders
+from minsnap.bounds.least_time import TimeQuestion, calm_orders
+from minsnap.corridors.gates import Gate
 from minsnap.corridors.knot_regions import Placement
 from minsnap.durations.initial_guess import norm_limits
 from minsnap.durations.least_cost import distance_split
@@ -102,16 +104,28 @@ def _misled(task: Task, limits: Limits) -> bool:
     return bool(np.isfinite(acceleration) and (straight & (np.minimum(lengths[1:], lengths[:-1]) < SHORT * stop)).any())
 
 
-def least_of(task: Task, limits: Limits, hovers: bool = True) -> TimeBound:
-    """Return the time that every flight of a task within limits takes at least, with or without what hovering adds."""
+def time_question(
+    task: Task, limits: Limits, gates: Mapping[int, Gate] | None = None, beside: tuple[str, ...] = ()
+) -> TimeQuestion:
+    """Return the question how long every flight of a task within limits takes at least.
+
+    Parameters
+    ----------
+    task : Task
+    limits : Limits
+    gates : mapping of int to Gate, optional
+        By waypoint; others count as the boxes around them.
+    beside : tuple of str
+        What the flights keep besides.
+    """
     placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
-    calm = calm_orders(task.pins, task.legs, task.continuity) if hovers and not task.closed else (0, 0)
-    return TimeQuestion(placement, {}, task.end_velocities, limits, calm=calm).bound
+    calm = calm_orders(task.pins, task.legs, task.continuity)
+    return TimeQuestion(placement, gates or {}, task.end_velocities, limits, beside, calm)
 
 
 def near_least(task: Task, limits: Limits) -> Trajectory | None:
     """Return the curve of least cost in barely more than the least time there is; None where nothing is known of it."""
-    least = least_of(task, limits, hovers=False).seconds
+    least = replace(time_question(task, limits), calm=(0, 0)).bound.seconds
     if least is None:
         return None
     durations = distance_split(task, NEAR_LEAST * least)

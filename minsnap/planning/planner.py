@@ -35,7 +35,7 @@ from minsnap.corridors.given_waypoints import (
     without_gates,
 )
 from minsnap.corridors.keep_out import Avoided, as_obstacles
-from minsnap.corridors.knot_regions import Placement, place
+from minsnap.corridors.knot_regions import place
 from minsnap.corridors.named_constraints import widths_of
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
@@ -364,13 +364,12 @@ def _course(task: Task, timing: Timing, curve: Trajectory) -> TimedCourse | None
 
 def _least_time(request: PlanRequest, limits: Limits, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
     """Return the question how long every flight takes at least that keeps what was asked of a plan."""
-    from minsnap.bounds.least_time import TimeQuestion, calm_orders, names_of
+    from minsnap.bounds.least_time import names_of
+    from minsnap.durations.starts import time_question
 
     beside = {"the obstacles": request.avoid, "the pins on the way": request.pins}
-    placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
     named = names_of(task.walls) + tuple(name for name, given in beside.items() if given)
-    calm = (0, 0) if task.closed else calm_orders(task.pins, task.legs, task.continuity)
-    return TimeQuestion(placement, gates, task.end_velocities, limits, named, calm)
+    return time_question(task, limits, gates, named)
 
 
 def _show_steps(curve: Plan, watch: Progress | None, on_interrupt: str) -> Plan:

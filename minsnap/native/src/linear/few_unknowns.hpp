@@ -13,6 +13,7 @@
 #include <cstddef>
 
 #include "basics/buffer.hpp"
+#include "linear/inverse.hpp"
 
 namespace minsnap {
 
@@ -48,7 +49,7 @@ public:
     End solve(const double *c, double side) {
         for (std::size_t i = 0; i < n_; ++i) basis_[i] = 2 * i + ((c[i] != 0.0 ? -c[i] : side) > 0.0 ? 0 : 1);
         for (std::size_t step = 0; step < patience * 10; ++step) {
-            if (!invert()) return End::undecided;
+            if (!invert_basis()) return End::undecided;
             place();
             const std::size_t entering = violated(step >= patience);
             if (entering == count_) return End::least;
@@ -74,38 +75,11 @@ private:
 
     const double *row(std::size_t i) const { return rows_.data() + n_ * i; }
 
-    // Gauss-Jordan elimination with pivots of the largest size in a column.
-    bool invert() {
+    bool invert_basis() {
         double left[most][most];
         for (std::size_t i = 0; i < n_; ++i)
-            for (std::size_t j = 0; j < n_; ++j) {
-                left[i][j] = row(basis_[i])[j];
-                inverse_[i][j] = i == j ? 1.0 : 0.0;
-            }
-        for (std::size_t k = 0; k < n_; ++k) {
-            std::size_t pivot = k;
-            for (std::size_t i = k + 1; i < n_; ++i)
-                if (std::fabs(left[i][k]) > std::fabs(left[pivot][k])) pivot = i;
-            if (!(std::fabs(left[pivot][k]) > singular)) return false;
-            for (std::size_t j = 0; j < n_; ++j) {
-                std::swap(left[k][j], left[pivot][j]);
-                std::swap(inverse_[k][j], inverse_[pivot][j]);
-            }
-            const double scale = 1.0 / left[k][k];
-            for (std::size_t j = 0; j < n_; ++j) {
-                left[k][j] *= scale;
-                inverse_[k][j] *= scale;
-            }
-            for (std::size_t i = 0; i < n_; ++i) {
-                const double share = left[i][k];
-                if (i == k || share == 0.0) continue;
-                for (std::size_t j = 0; j < n_; ++j) {
-                    left[i][j] -= share * left[k][j];
-                    inverse_[i][j] -= share * inverse_[k][j];
-                }
-            }
-        }
-        return true;
+            for (std::size_t j = 0; j < n_; ++j) left[i][j] = row(basis_[i])[j];
+        return invert(n_, left, inverse_, singular);
     }
 
     // The corner of the basis, refined once.

@@ -5,6 +5,7 @@
 
 #include "basics/border.hpp"
 #include "bounds/border.hpp"
+#include "linear/inverse.hpp"
 
 extern "C" std::int32_t minsnap_costate(minsnap::CostateSearch *asked);
 
@@ -138,8 +139,9 @@ private:
         const bool alike = own[0] == own[1];
         const double excess[2] = {alike ? 1.0 : inertia[8] - own[0], alike ? 1.0 : inertia[8] - own[1]};
         if (!(std::min(excess[0], excess[1]) > 0.0)) return 0.0;
-        double torques[4][4], most = 0.0;
-        if (!invert(bounds.vehicle->mixer, torques)) return 0.0;
+        double mixer[4][4], torques[4][4], most = 0.0;
+        std::copy(bounds.vehicle->mixer, bounds.vehicle->mixer + 16, &mixer[0][0]);
+        if (!invert(4, mixer, torques, 0.0)) return 0.0;
         for (int corner = 0; corner < 16; ++corner) {
             double sum = 0.0;
             for (int axis = 0; axis < 2; ++axis) {
@@ -152,29 +154,6 @@ private:
             most = std::max(most, sum);
         }
         return std::sqrt(most / std::min(own[0] * excess[0], own[1] * excess[1]));
-    }
-
-    // By elimination with the largest pivots.
-    static bool invert(const double *matrix, double inverse[4][4]) {
-        double rows[4][8] = {};
-        for (int i = 0; i < 4; ++i) {
-            for (int j = 0; j < 4; ++j) rows[i][j] = matrix[4 * i + j];
-            rows[i][4 + i] = 1.0;
-        }
-        for (int k = 0; k < 4; ++k) {
-            int pivot = k;
-            for (int i = k + 1; i < 4; ++i)
-                if (std::fabs(rows[i][k]) > std::fabs(rows[pivot][k])) pivot = i;
-            if (rows[pivot][k] == 0.0) return false;
-            for (int j = 0; j < 8; ++j) std::swap(rows[k][j], rows[pivot][j]);
-            for (int i = 0; i < 4; ++i) {
-                const double factor = i == k ? 0.0 : rows[i][k] / rows[k][k];
-                for (int j = 0; j < 8; ++j) rows[i][j] -= factor * rows[k][j];
-            }
-        }
-        for (int i = 0; i < 4; ++i)
-            for (int j = 0; j < 4; ++j) inverse[i][j] = rows[i][4 + j] / rows[i][i];
-        return true;
     }
 
     bool leaves(std::int64_t one, std::int64_t other) const {
