@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot, tan
+from math import ceil, hypot, tan
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,6 @@ from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.heading import Heading, RuledHeading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle.quadrotor import Quadrotor
 
 
@@ -53,10 +52,8 @@ class QuestionSettings:
         Share of the weight below which thrust has no direction: there a small change turns it by any angle.
     aside : float
         Least share of the thrust that is not along a constant yaw: there a small change spins the body by any angle.
-    turns : int
-        Cubics of a yaw on a leg, where it is no polynomial itself.
-    looks : int
-        Instants of each at which is looked whether that is along the velocity.
+    turn : float
+        Duration of the cubics of a yaw that is a function of time [s].
     angle_digits : int
         Decimals of the angles of a yaw [rad].
     """
@@ -68,8 +65,7 @@ class QuestionSettings:
     room: float = 1e-4
     directed: float = 0.1
     aside: float = 0.1
-    turns: int = 16
-    looks: int = 4
+    turn: float = 0.05
     angle_digits: int = 12
 
 
@@ -92,7 +88,7 @@ def question_of(task: Task, limits: Limits, refine: bool, flown: Trajectory | No
     pinned, free, turned = _waypoints(task)
     sets = [*(wall.record for wall in _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
     lengths = guessed_lengths(task)
-    turning = None if flown is None or isinstance(flown.yaw, VelocityHeading) else turning_of(limits, flown)
+    turning = None if flown is None else turning_of(limits, flown)
     divisions = QUESTION.divisions if task.legs > 1 else QUESTION.alone
     return ShortestQuestion(
         pinned=pinned,
@@ -326,32 +322,21 @@ def turning_of(limits: Limits, flown: Trajectory) -> HeldYaw | None:
     if not isinstance(limits, VehicleLimits) or yaw.medium is not None:
         return None
     if isinstance(yaw, RuledHeading):
-        return HeldYaw(_cubics(yaw, flown.leg_breaks, QUESTION.turns), _following(yaw, flown))
+        rule, numbers = yaw.asked
+        return HeldYaw(rule=rule, ruled=numbers)
     knots = np.zeros(0) if yaw.polynomial is None else yaw.polynomial.breaks
     if yaw.constant is not None or (len(knots) == flown.legs + 1 and np.allclose(knots, flown.leg_breaks)):
         angles = yaw(flown.leg_breaks).round(QUESTION.angle_digits)
         return HeldYaw(angles=angles, rate=float(yaw(0.0, 1)))
-    turns = max(len(knots) - 1, QUESTION.turns * flown.legs)
-    return HeldYaw(_cubics(yaw, np.array((0.0, flown.duration)), turns), clock=flown.duration)
+    turns = max(len(knots) - 1, ceil(flown.duration / QUESTION.turn))
+    return HeldYaw(_cubics(yaw, flown.duration, turns), clock=flown.duration)
 
 
-def _following(yaw: RuledHeading, flown: Trajectory) -> BoolArray | None:
-    """Return on which equal shares of the time of its legs a yaw is along the velocity all the time, (legs, turns)."""
-    if not isinstance(yaw, VelocityHeading):
-        return None
-    looks = QUESTION.looks * QUESTION.turns
-    t = flown.leg_breaks[:-1, None] + np.diff(flown.leg_breaks)[:, None] * np.linspace(0.0, 1.0, looks + 1)
-    follows = yaw.turns.follows[yaw.turns.piece(np.minimum(t, flown.duration))]
-    parts = np.lib.stride_tricks.sliding_window_view(follows, QUESTION.looks + 1, axis=1)
-    return np.asarray(parts[:, :: QUESTION.looks].all(axis=-1))
-
-
-def _cubics(yaw: Heading, breaks: FloatArray, turns: int) -> FloatArray:
-    """Return control points, shape (n - 1, turns, 4), of cubics with the angles and rates of a yaw [rad]."""
-    times = np.diff(breaks)[:, None]
-    instants = np.minimum(breaks[:-1, None] + times * np.linspace(0.0, 1.0, turns + 1), breaks[-1])
-    angles, bends = yaw(instants), yaw(instants, 1) * times / (3.0 * turns)
-    points = angles[:, :-1], angles[:, :-1] + bends[:, :-1], angles[:, 1:] - bends[:, 1:], angles[:, 1:]
+def _cubics(yaw: Heading, duration: float, turns: int) -> FloatArray:
+    """Return control points, shape (turns, 4), of cubics with the angles and rates of a yaw [rad]."""
+    instants = np.minimum(duration * np.linspace(0.0, 1.0, turns + 1), duration)
+    angles, bends = yaw(instants), yaw(instants, 1) * duration / (3.0 * turns)
+    points = angles[:-1], angles[:-1] + bends[:-1], angles[1:] - bends[1:], angles[1:]
     return np.ascontiguousarray(np.stack(points, axis=-1).round(QUESTION.angle_digits))
 
 

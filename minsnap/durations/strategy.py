@@ -5,8 +5,7 @@
    A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
    most used limit is just kept; where that does not help, the limits are tightened.  Within rotors fewer pieces come
    first, which are divided; where the yaw is known, every search from rest begins with a body that is easy to turn.
-   Where that turns, the search goes on from its own curve while that changes it.  One along the velocity, which the
-   first search does not know, is held where that is slow: as much room is left there as the next curve needs.
+   Along the velocity it begins from a curve that takes the least torque which any heading asks for.
    Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
@@ -21,7 +20,7 @@ two of them with the best so far.  Every smaller number of pieces is searched th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import chain
@@ -42,7 +41,6 @@ from minsnap.durations.shortest_question import (
     coasting_guess,
     guess_of,
     question_of,
-    turning_of,
     with_rates,
 )
 from minsnap.durations.time_stretch import (
@@ -104,6 +102,10 @@ class StrategySettings:
         Factor on the share by which walls are moved inwards, where a curve is outside.
     seen_excess : float
         Relative excess of a limit up to which the search has seen it; beyond, it is not repeated.
+    parts_of_excess : tuple of float
+        By which a curve is flown more slowly that exceeds a limit, until it keeps all.
+    worth_repeating : float
+        Relative excess from which the search is repeated nevertheless.
     tightening : float
         Multiple of the excess by which limits are tightened where the search is repeated.
     longer_factors : tuple of float
@@ -112,14 +114,6 @@ class StrategySettings:
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     slow_by_turns : float
         Factor on the time of a search beyond which a plan is slow by what it does not know, the torque of a yaw.
-    held_room : float
-        Largest share by which limits are tightened where a yaw along the velocity is held.
-    turnings : int
-        How often a search is repeated for a yaw that its own curve has changed.
-    worth_turning : float
-        Relative gain of a flight from which that goes on.
-    turned : float
-        Change of the yaw that counts as none [rad].
     prices : tuple of float
         Over what its time is worth where it rests at every waypoint: prices from whose plans a total is searched.
     """
@@ -136,14 +130,12 @@ class StrategySettings:
     searches: int = 3
     inward_factor: float = 10.0
     seen_excess: float = 0.05
+    parts_of_excess: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0)
+    worth_repeating: float = 0.01
     tightening: float = 2.0
     longer_factors: tuple[float, ...] = (1.01, 1.03, 1.06, 1.1)
     slower_share: float = 1e-3
     slow_by_turns: float = 1.02
-    held_room: float = 0.05
-    turnings: int = 4
-    worth_turning: float = 5e-4
-    turned: float = 1e-3
     prices: tuple[float, ...] = (1.0, 10.0)
 
 
@@ -276,7 +268,7 @@ class Strategy:
         if guess is None and self._fewer_first:
             return self._divided(question)
         found = NOTHING
-        first = self._first_guess() if guess is None and not self.eases else None
+        first = self._first_guess() if guess is None and (self.veers or not self.eases) else None
         if first is not None:
             found = self._certified(begun_from(question, first), self.limits, self._slower_share)
             # Where the yaw follows the velocity, a search from rest may find a shorter flight than this one has led to.
@@ -321,7 +313,7 @@ class Strategy:
         guess = None if solved is None else guess_of(solved.trajectory, fewer.task, slower)
         if solved is not None and guess is not None:  # several pieces are divided, then cut anew
             parts = (*question.parts[1:], 1) if self.eases else question.parts
-            question = self._holding(replace(question, guess=guess, parts=parts), solved.flown, self.limits)
+            question = replace(question, guess=guess, parts=parts)
         return found.then(self._certified(question, self.limits, self._slower_share))
 
     @property
@@ -351,8 +343,7 @@ class Strategy:
         guess = guess_of(curve, replace(task, pieces=first.task.pieces))
         if guess is None or task.continuity > task.half - 1:
             return None
-        question = self._holding(self._question, first.flown, self.limits)
-        question = begun_from(question, replace(guess, durations=durations))
+        question = begun_from(self._question, replace(guess, durations=durations))
         price = significant(worth_of_time(curve))
         held = replace(question, parts=(), price=price, timed=True, moving=True)
         return self._certified(held, self.limits, SETTINGS.slower_share).solved
@@ -374,7 +365,8 @@ class Strategy:
         guess = guess_of(first.trajectory, replace(self.task, pieces=first.trajectory.pieces), slower)
         question = replace(begun_from(self._question, guess), price=price, total=total, moving=True)
         with self.watched.interruptible():
-            return (self._at_once if total > 0.0 else self._search)(question).solved
+            unheaded = self._unheaded(question) if self.veers else None
+            return (self._at_once if total > 0.0 else self._search)(begun_from(question, unheaded)).solved
         return None
 
     def of_total(self, total: float) -> SolvedTask | None:
@@ -416,15 +408,14 @@ class Strategy:
 
     @property
     def veers(self) -> bool:
-        """Whether rotors are limited under a yaw along the velocity, which a first search does not know."""
+        """Whether rotors are limited under a yaw along the velocity."""
         return self._yawed and isinstance(self._begun.yaw, VelocityHeading)
 
     @property
     def _turns(self) -> bool:
         """Whether a yaw turns that has a limit on its rate, kept only from a curve on that keeps all others."""
         limited = self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
-        # A search that holds a yaw keeps its rate too, or one leads to it from rest to rest.
-        return limited and self._question.turning is None and not (self.veers and self.task.still)
+        return limited and self._question.turning is None
 
     @property
     def _follows(self) -> bool:
@@ -433,16 +424,29 @@ class Strategy:
 
     @cached_property
     def _question(self) -> ShortestQuestion:
-        flown = None if self._heading is None else self._begun
-        limits = replace(self.limits, yaw_rate=None) if self.veers and self.task.still else self.limits
-        return question_of(self.task, limits, self.timing.refine, flown)
+        if self._heading is None:
+            return question_of(self.task, self.limits, self.timing.refine)
+        flown = max(self._begun, self.rest.flown, key=lambda curve: curve.duration)  # a yaw may be a function of time
+        return question_of(self.task, self.limits, self.timing.refine, flown)
 
     def _first_guess(self) -> Guess | None:
         """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
-        softer = self._softer()
+        softer = self._unheaded(self._question) if self.veers else self._softer()
         if softer is not None or self._turns or self.task.still:
             return softer
         return coasting_guess(self.task, self.times)
+
+    def _unheaded(self, question: ShortestQuestion) -> Guess | None:
+        """Search with the least torque that any heading asks for: from rest the way to one along the velocity is hard.
+
+        At every waypoint a heading along straight legs turns while it is held.
+        """
+        free = replace(self.limits, yaw_rate=None)
+        curve = self._searched(with_rates(replace(question, turning=None), free, self._heading))
+        if not isinstance(curve, ShortestCurve) or not curve.kept or curve.stopped:
+            return None
+        pieces = len(curve.durations) // self.task.legs
+        return Guess(pieces, curve.durations, curve.knots)
 
     def _softer(self) -> Guess | None:
         """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find.
@@ -477,24 +481,19 @@ class Strategy:
             Share by which the plan may be slower than the curve of the search.
         """
         self.watched.log.forget()
-        found, inside = NOTHING, False
+        found, inside, scales = NOTHING, False, self.task.still and not question.held
         # Each round repairs what the last one missed: a curve outside a wall moves the walls inwards, an excess between
         # the instants of the search tightens the limits, and what kept all ends the loop.
         with self.watched.interruptible():
-            searches, turnings, best, tried = 0, 0, np.inf, list[SolvedTask]()
-            while searches < SETTINGS.searches:
-                searches += 1
+            for _ in range(SETTINGS.searches):
                 curve = self._searched(question)
                 if not isinstance(curve, ShortestCurve):
                     return replace(found, reason=curve)
-                unknown = self.veers and question.turning is None  # a first search knows no heading, nor its rate
-                if limits is self.limits and not (question.costs or unknown):
+                if limits is self.limits and not question.costs:
                     self.watched.spared(curve.inside)
                 found = found if inside else Attempt(curve=curve)
                 if not curve.durations.max() <= LONGEST_PIECE:
                     break
-                if self.veers and not curve.kept and curve.inside is not None:
-                    curve = replace(curve.inside, stopped=curve.stopped, restored=True)
                 if not curve.kept:
                     break
                 solved = solved_at(self.task, curve)
@@ -502,76 +501,31 @@ class Strategy:
                     inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
                     question = replace(question, inwards=inwards)
                     continue
-                inside, tried = True, [*tried[:1], solved]
-                if self.veers and question.turning is None:
-                    question, searches = self._following(question, solved, limits), 0
-                    continue
+                inside, last = True, solved
                 found = replace(found, curve=curve)
                 ended = or_reason(partial(self._within, solved, curve, question, limits, slower_share))
                 if not isinstance(ended, tuple):
                     return replace(found, reason=ended)
                 kept, excess = ended
-                found = found.then(Attempt(kept, stands_in=curve.restored))
-                flown = np.inf if kept is None else kept.flown.duration
-                gains, best = kept is None or flown < (1.0 - SETTINGS.worth_turning) * best, min(best, flown)
-                goes_on = gains and turnings < SETTINGS.turnings and not curve.stopped
-                turned = self._turned(question, solved, limits, excess) if goes_on else None
-                if turned is not None:
-                    question, searches, turnings = turned, 0, turnings + 1
-                    continue
-                slows = self.veers and self.task.still and turnings == SETTINGS.turnings
-                if found.solved is not None or curve.stopped or slows or excess > SETTINGS.seen_excess:
+                near = self.veers and scales and excess <= SETTINGS.seen_excess
+                slower = self._barely_slower(solved, excess) if kept is None and near else None
+                found = found.then(Attempt(kept or slower, stands_in=curve.restored))
+                enough = found.solved is not None and (slower is None or excess < SETTINGS.worth_repeating)
+                if enough or curve.stopped or excess > SETTINGS.seen_excess:
                     break
+                if self.veers:
+                    question = replace(question, guess=guess_of(solved.trajectory, solved.task), parts=())
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
-        if found.solved is None and self.veers and self.task.still and not (question.held or self.interrupted):
-            return found.then(self._slowed(tried))
+        if found.solved is None and inside and self.veers and scales and not self.interrupted:
+            slowest = self._touching(last, self.limits)
+            if slowest is not None and keeps(self.limits, slowest.flown):
+                return found.then(Attempt(slowest, stands_in=True))
         return found
 
-    def _slowed(self, tried: Sequence[SolvedTask]) -> Attempt:
-        """Fly each of some curves at the speed at which a limit is just kept, and return the shortest flight."""
-        slower = (self._touching(one, self.limits) for one in tried)
-        return Attempt(shorter(*(one for one in slower if one and keeps(self.limits, one.flown))), stands_in=True)
-
-    def _turned(
-        self, question: ShortestQuestion, solved: SolvedTask, limits: Limits, excess: float
-    ) -> ShortestQuestion | None:
-        """Return the question from its own curve on with the yaw of that; None where it is about the one before.
-
-        Parameters
-        ----------
-        question : ShortestQuestion
-        solved : SolvedTask
-            Its curve.
-        limits : Limits
-        excess : float
-            Of the most used limit of that, relative: left as room where the yaw does not follow the velocity.
-        """
-        held, turned = question.turning, self._holding(question, solved.flown, limits)
-        turning = turned.turning
-        if turning is None or turning is held:
-            return None
-        use = largest_use(limits, solved.flown, proved=False)
-        if held is not None and abs(use - 1.0) <= SETTINGS.slower_share:
-            return None
-        if held is not None and held.is_near(turning, SETTINGS.turned):
-            return None
-        room = 0.0 if held is None else max(held.room, min(SETTINGS.tightening * excess, SETTINGS.held_room))
-        guess = guess_of(solved.trajectory, solved.task)
-        return replace(turned, turning=replace(turning, room=room), guess=guess, parts=())
-
-    def _following(self, question: ShortestQuestion, solved: SolvedTask, limits: Limits) -> ShortestQuestion:
-        """Return what follows on a search without its yaw along the velocity, from its curve on: one that holds that.
-
-        A limit on its rate that the search did not have comes between, as one on the velocity's direction.
-        """
-        begun = replace(question, guess=guess_of(solved.trajectory, solved.task), parts=())
-        rated = with_rates(begun, limits, self._heading)
-        return rated if rated.limits != begun.limits else self._holding(begun, solved.flown, limits)
-
-    def _holding(self, question: ShortestQuestion, flown: Trajectory, limits: Limits) -> ShortestQuestion:
-        """Return a question with the yaw of a curve held, where that turns."""
-        turning = None if self._begun.yaw.constant is not None else turning_of(limits, flown)
-        return question if turning is None else with_rates(question, limits, self._heading, turning=turning)
+    def _barely_slower(self, solved: SolvedTask, excess: float) -> SolvedTask | None:
+        """Fly a curve more slowly by parts of its excess until it keeps all limits; None where that does not help."""
+        slower = (solved.slowed(1.0 + part * excess) for part in SETTINGS.parts_of_excess)
+        return next((one for one in slower if keeps(self.limits, one.flown)), None)
 
     def _spare(self, found: Attempt) -> Attempt:
         """Certify the shortest curve that any search came by on its way, if it is shorter than what is found."""

@@ -46,45 +46,41 @@ class InstantLimit:
     parameters: tuple[float, ...]
 
 
+class YawRule(IntEnum):
+    """Rules that make a yaw of a curve: ``Kind`` of ``src/shortest_time/ruled_heading.hpp``."""
+
+    NONE = 0
+    VELOCITY = 1
+    POINT = 2
+
+
 @dataclass(frozen=True, eq=False)
 class HeldYaw:
-    """A yaw as a search holds it.
+    """A yaw as a search knows it: a function of time, a spline through angles, or what a rule makes of a curve.
 
     Parameters
     ----------
-    points : ndarray, shape (legs, turns, 4) or (1, turns, 4), or None
-        Control points of cubics on equal shares of the time that each leg takes, or of all time [rad].
-    follows : ndarray of bool, shape (legs, turns), or None
-        Where the yaw is along the velocity instead.
-    room : float
-        Share by which limits are tightened elsewhere: the yaw of the curve that is found is another one there.
+    points : ndarray, shape (turns, 4), or None
+        Control points of cubics on equal shares of a time [rad].
     clock : float
-        All that time, where the yaw is a function of time [s]; else 0.
+        That time [s].
     angles : ndarray, shape (legs + 1,), or None
-        Through which it goes by a spline of the legs' durations, in place of cubics [rad].
+        Through which it goes by a spline of the legs' durations [rad].
     rate : float
         Of that at the start of an open course [rad/s].
+    rule : YawRule
+        By which it follows a curve.
+    ruled : tuple of float
+        What that takes: the largest rate where it is held [rad/s], the speed below which it is or 0 [m/s] and its angle
+        at the start or infinity [rad]; or a point, east and north [m], and 0.
     """
 
     points: FloatArray | None = None
-    follows: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] | None = None
-    room: float = 0.0
     clock: float = 0.0
     angles: FloatArray | None = None
     rate: float = 0.0
-
-    def is_near(self, other: HeldYaw, angle: float) -> bool:
-        """Whether a search that holds it need not hold another of the same kind, of a curve that it found.
-
-        Parameters
-        ----------
-        other : HeldYaw
-        angle : float
-            By which cubics on legs may differ [rad].
-        """
-        if self.points is None or other.points is None or self.clock > 0.0:
-            return False
-        return bool(np.abs(self.points - other.points).max() <= angle) and alike(self.follows, other.follows)
+    rule: YawRule = YawRule.NONE
+    ruled: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -376,10 +372,9 @@ def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
     )
     turning = question.turning
     if turning is not None:
-        turns = 0 if turning.points is None else turning.points.shape[1]
+        turns = 0 if turning.points is None else len(turning.points)
         request.put(turns=turns, turning=turning.points, clock=turning.clock, angles=turning.angles, rate=turning.rate)
-        request.put(follows=None if turning.follows is None else turning.follows.astype(np.int64))
-        request.put(held_room=turning.room)
+        request.put(rule=turning.rule, ruled=np.array(turning.ruled))
     if guess is not None:
         request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))
         request.put(guess_durations=guess.durations, least=guess.least)

@@ -14,7 +14,7 @@ from minsnap.basics.checks import check_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import YawError
-from minsnap.native.shortest_time import InstantLimit
+from minsnap.native.shortest_time import InstantLimit, YawRule
 from minsnap.trajectory.instants import as_instants, check_order, within
 from minsnap.trajectory.medium import Medium
 
@@ -137,6 +137,11 @@ class RuledHeading(Heading):
 
     def _at(self, t: FloatArray, order: int) -> FloatArray:
         """Return yaw or a derivative at instants (m,) of the path."""
+        raise NotImplementedError
+
+    @property
+    def asked(self) -> tuple[YawRule, tuple[float, float, float]]:
+        """The rule as a search takes it, with its numbers."""
         raise NotImplementedError
 
     def by_rule(self, curve: Any) -> Heading:

@@ -13,7 +13,7 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray, ReadOnly, boun
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
-from minsnap.native.shortest_time import InstantKind, InstantLimit
+from minsnap.native.shortest_time import InstantKind, InstantLimit, YawRule
 from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
 from minsnap.trajectory.instants import parted_instants
 from minsnap.trajectory.path import Path
@@ -113,6 +113,12 @@ class LookAtHeading(RuledHeading):
                 f"the path passes within {nearest:.2g} m of the point to look at, {tuple(target.point[:2].tolist())}: "
                 "move the point or the path"
             )
+
+    @property
+    def asked(self) -> tuple[YawRule, tuple[float, float, float]]:
+        """The point."""
+        east, north = map(float, self.target.point[:2])
+        return YawRule.POINT, (east, north, 0.0)
 
     def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> LookAtHeading:
         """Return the heading towards the same point along another path, that begins as this one is turned then."""

@@ -13,7 +13,7 @@ from minsnap.basics.checks import check_number, check_positive
 from minsnap.basics.limit_kinds import KIND
 from minsnap.basics.warn import warn_caller
 from minsnap.errors import MagnitudeWarning, YawError
-from minsnap.native.shortest_time import InstantKind, InstantLimit
+from minsnap.native.shortest_time import InstantKind, InstantLimit, YawRule
 from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
 from minsnap.trajectory.instants import parted_instants
 from minsnap.trajectory.path import Path
@@ -356,6 +356,12 @@ class VelocityHeading(RuledHeading):
     def breaks(self) -> FloatArray:
         """Where it begins and ends to follow the velocity, and to turn while it is held [s]."""
         return self.turns.starts
+
+    @property
+    def asked(self) -> tuple[YawRule, tuple[float, float, float]]:
+        """The largest rate of a held heading, the speed below which it is held, and the angle at the start, or none."""
+        start = np.inf if self.yaw_at_start is None else self.yaw_at_start
+        return YawRule.VELOCITY, (self.yaw_rate, self.hold_below or 0.0, start)
 
     def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> Heading:
         """Return the heading along the velocity of the whole path at another pace, else the same angles."""

@@ -91,12 +91,11 @@ def test_within_the_rate_of_a_yaw_pieces_left_to_the_plan_are_no_longer_than_thr
 
 @pytest.mark.slow
 @pytest.mark.parametrize("pieces", [3, "auto"])
-def test_where_work_ends_a_search_of_many_pieces_one_is_searched(pieces):
-    """It flew 8.95 and 7.38 s, and one piece a leg 5.04."""
+def test_many_pieces_take_no_longer_than_one_under_a_yaw_that_turns(pieces):
+    """Where work ended their search they flew 8.95 and 7.38 s, and one piece a leg 5.04."""
     asked = question(2058)[0]
     one, many = (minsnap.plan(**asked | {"pieces": number}) for number in (1, pieces))
     assert many.duration <= one.duration * (1.0 + 1e-4)
-    assert pieces == "auto" or many.report.interrupted
 
 
 def handlers(path):

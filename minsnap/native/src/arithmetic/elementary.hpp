@@ -1,4 +1,4 @@
-// Exponential, logarithm, sine, cosine and whole powers by operations that IEEE 754 rounds once: C libraries differ in the last bit, and
+// Exponential, logarithm, sine, cosine, arc tangent and whole powers by operations that IEEE 754 rounds once: C libraries differ in the last bit, and
 // what searches decide by must not.
 //
 // Reduction by powers of two, or by quarter turns, with ln 2 or the turn in two parts, then a Taylor polynomial (W. J. Cody
@@ -47,6 +47,22 @@ inline void sine_and_cosine(double angle, double &sine, double &cosine) {
     const double turned[4] = {along, -across, -along, across};
     cosine = turned[quarter];
     sine = turned[(quarter + 3) % 4];
+}
+
+// The angle of a vector, from -pi to pi; 0 of none.
+inline double angle_of(double east, double north) {
+    constexpr double quarter = 0x1.921fb54442d18p+0, eighth = 0.5 * quarter, half = 0x1.dac670561bb4fp-2;  // the last one of 1 to 2
+    const double x = std::abs(east), y = std::abs(north), low = x < y ? x : y, high = x < y ? y : x;
+    if (!(high > 0.0)) return 0.0;
+    const double slope = low / high;
+    const double from = slope < 0.25 ? 0.0 : slope < 0.75 ? 0.5 : 1.0, turned = slope < 0.25 ? 0.0 : slope < 0.75 ? half : eighth;
+    const double rest = (slope - from) / (1.0 + from * slope), square = rest * rest;
+    double sum = 0.0;
+    for (int n = 25; n > 1; n -= 2) sum = square * (1.0 / n - sum);
+    double angle = turned + rest * (1.0 - sum);
+    if (x < y) angle = quarter - angle;
+    if (east < 0.0) angle = 2.0 * quarter - angle;
+    return north < 0.0 ? -angle : angle;
 }
 
 inline double power(double x, int n) {

@@ -39,13 +39,14 @@ MINSNAP_RECORD(ShortestRequest, {
     const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
     const WallsRecord *cones;         // (groups,)
     const MomentaryLimit *momentary;  // (limits,)
-    std::int64_t turns;               // cubics of the heading on each leg, of equal shares of its time; or on the whole way
-    const double *turning;            // (legs, turns, 4) their control points [rad], or null
-    const std::int64_t *follows;      // (legs, turns) 1 where it is along the velocity instead, or null
-    double held_room;                 // share by which limits are tightened where one that may be along the velocity is held
-    double clock;                     // where it is a function of time: seconds that (1, turns, 4) of them span from the start on; else 0
+    std::int64_t turns;               // cubics of a heading that is a function of time
+    const double *turning;            // (turns, 4) their control points [rad], or null
+    double clock;                     // seconds that they span from the start on, by equal shares
     const double *angles;             // (legs + 1,) through which it goes by a spline of the legs' durations instead, or null [rad]
     double rate;                      // of that at the start of an open course [rad/s]
+    std::int64_t rule;                // that makes it of the curve instead: 1 along the velocity, 2 towards a point, 0 for none
+    const double *ruled;              // (3,) largest rate where it is held [rad/s], speed below which it is or 0 [m/s], angle at the start
+                                      // or infinity [rad]; or the point, east and north [m]
     double row_work, iteration_work;  // of an iteration: for each row, and besides
     double worth;                     // work of a question beyond which its search ends
     double vanishing;                 // share of the longest total below which a search ends

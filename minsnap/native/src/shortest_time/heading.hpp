@@ -1,8 +1,10 @@
-// A heading that turns with time: by angles at waypoints, as a function of time, or by cubics on equal shares of the time that every leg takes.
+// A heading that turns with time: by angles at waypoints, as a function of time, or by cubics on shares of the time that every leg takes.
 //
-// A search holds it as it stands over each piece: one on legs turns as much more slowly as the piece takes longer, a function of time does not. The
-// spline through angles, and where pieces end on their leg or in time, are found anew whenever margins are.
+// A step of a search holds it as it stands over each piece: one on legs turns as much more slowly as the piece takes longer, a function of time does
+// not. It is found anew after every step: the spline through angles, what a rule makes of the curve, and where pieces end on their leg or in time.
 #pragma once
+
+#include <algorithm>
 
 #include "arithmetic/elementary.hpp"
 #include "arithmetic/lanes.hpp"
@@ -18,7 +20,8 @@ struct LegHeadings {
     std::int64_t turns = 0;                 // cubics on each leg
     const double *points = nullptr;         // (legs, turns, 4) [rad]
     const std::int64_t *follows = nullptr;  // (legs, turns) 1 where it is along the velocity, or null
-    double clock = 0.0;                     // seconds that (1, turns, 4) of them span, where it is a function of time
+    const double *cuts = nullptr;  // (legs, turns + 1) shares of a leg's time between which they are, 1 behind the last; equal where null
+    double clock = 0.0;            // seconds that (1, turns, 4) of them span, where it is a function of time
 
     double power(double inverse) const { return clock > 0.0 ? 1.0 : inverse; }
 };
@@ -40,7 +43,7 @@ public:
         chain.durations = durations.data(), chain.start = closed_ ? nullptr : &rate_;
         if (minsnap_unconstrained_pinned(&chain, points_.data(), states_.data()) != 0)
             for (std::int64_t k = 0; k < 4 * legs_; ++k) points_[k] = angles_[k / 4 + (k % 4) / 2];
-        return {1, points_.data(), nullptr, 0.0};
+        return {1, points_.data()};
     }
 
     bool given() const { return angles_ != nullptr; }
@@ -60,12 +63,12 @@ struct TurningPiece {
 
     // The direction at four instants and two derivatives of it, each east and north, for the inverse of the duration; and where it is the velocity's.
     MINSNAP_INLINE void at(const Quad &s, double inverse, Quad *heading) const {
-        const double turns = static_cast<double>(legs.turns), unit = turns * (legs.clock > 0.0 ? 1.0 / legs.clock : lasts * inverse);
+        const double pace = legs.clock > 0.0 ? 1.0 / legs.clock : lasts * inverse;
         for (int lane = 0; lane < Lanes<Quad>::count; ++lane) {
-            const double within = begins + lasts * s[lane],
-                         place = within < 1.0 ? within * turns : turns;  // nothing is known beyond the end
-            const std::int64_t last = legs.turns - 1, whole = static_cast<std::int64_t>(place), part = whole < last ? whole : last;
-            const double *b = legs.points + 4 * (leg * legs.turns + part), right = place - static_cast<double>(part), left = 1.0 - right;
+            const double place = begins + lasts * s[lane], within = place < 1.0 ? place : 1.0;  // nothing is known beyond the end
+            const std::int64_t part = part_at(within);
+            const double begun = cut(part), width = cut(part + 1) - begun, unit = pace / width;
+            const double *b = legs.points + 4 * (leg * legs.turns + part), right = (within - begun) / width, left = 1.0 - right;
             const double first[3] = {left * b[0] + right * b[1], left * b[1] + right * b[2], left * b[2] + right * b[3]};
             const double second[2] = {left * first[0] + right * first[1], left * first[1] + right * first[2]};
             const double rate = 3.0 * unit * (second[1] - second[0]), bend = 6.0 * unit * unit * (first[2] - 2.0 * first[1] + first[0]);
@@ -80,6 +83,31 @@ struct TurningPiece {
                                        legs.follows != nullptr && legs.follows[leg * legs.turns + part] != 0 ? 1.0 : 0.0};
             for (int n = 0; n < 7; ++n) heading[n][lane] = numbers[n];
         }
+    }
+
+    // Up to two of the next places within the piece where a cubic ends, on the unit interval: how many; `next` is the first that is looked at.
+    int cuts_within(int &next, double *found) const {
+        int count = 0;
+        for (; legs.cuts != nullptr && next < legs.turns && count < 2; ++next) {
+            const double place = (cut(next) - begins) / lasts;
+            if (place > 0.0 && place < 1.0) found[count++] = place;
+        }
+        return count;
+    }
+
+private:
+    MINSNAP_INLINE double cut(std::int64_t part) const {
+        return legs.cuts == nullptr ? static_cast<double>(part) / static_cast<double>(legs.turns)
+                                    : legs.cuts[leg * (legs.turns + 1) + part];
+    }
+
+    MINSNAP_INLINE std::int64_t part_at(double within) const {
+        std::int64_t part = 0;
+        if (legs.cuts == nullptr)
+            part = std::min(static_cast<std::int64_t>(within * static_cast<double>(legs.turns)), legs.turns - 1);
+        else
+            while (part + 1 < legs.turns && cut(part + 1) <= within && cut(part + 1) < 1.0) ++part;
+        return part;
     }
 };
 

@@ -353,6 +353,7 @@ private:
                 smooth_ = trial;
                 infeasibility_ = after;
                 accept(dual);
+                turn();
                 wake_near(value_.data());
                 return halving;
             }
@@ -390,6 +391,14 @@ private:
         });
     }
 
+    // Give the curve its own heading: a step knows that of the curve before.
+    void turn() {
+        if (!rows.turn_again(chain)) return;
+        evaluate(chain, states_, value_.data());
+        barrier_terms(value_.data(), slack_.data(), infeasibility_);
+        filter_.clear();
+    }
+
     double residual() const {
         double most = 0.0;
         each_awake([&](int j) { most = std::max(most, largest_of(four(value_.data() + j) + four(slack_.data() + j))); });
@@ -399,11 +408,6 @@ private:
     // Make margins of what leaks now: the largest growth that matters.
     double freeze(bool only_grow) {
         double growth = 0.0;
-        if (rows.turn_again(chain)) {
-            const double before = residual();
-            evaluate(chain, states_, value_.data());
-            growth = std::max(residual() - before, 0.0);
-        }
         for (int j = 0; j < rows.count; ++j) frozen_[j] = only_grow ? rows.margin[j] : 0.0;
         for (int i = 0; i < chain.pieces; ++i) {
             each_peak(rows, chain, i, states_[i].ends, value_.data(), [&](const Peak &peak) {
@@ -496,9 +500,11 @@ private:
     }
 
     bool tried() {
+        rows.turn_again(trial_);
         evaluate(trial_, trial_states_, trial_value_.data());
         const bool inside_all = is_inside(trial_, trial_states_, trial_value_.data());
         if (inside_all) take(trial_);
+        rows.turn_again(chain);
         return inside_all;
     }
 

@@ -9,48 +9,6 @@
 
 namespace minsnap {
 
-// The derivatives of one piece as Bernstein control points.
-template <class S>
-class PieceCurve {
-public:
-    static constexpr int ends = 2 * S::half, orders = condition_orders + 2;
-
-    // Control points (ends, dim) of the curve itself come first.
-    double points[orders][ends][S::dim];
-
-    PieceCurve(const PieceEnds<S> &piece) {
-        static const Map map;
-        for (int j = 0; j < ends; ++j)
-            for (int c = 0; c < S::dim; ++c) {
-                double sum = 0.0;
-                for (int a = 0; a < ends; ++a) sum += map.entries[j][a] * piece.e[a * S::dim + c];
-                points[0][j][c] = sum;
-            }
-        for (int q = 1; q < orders; ++q)
-            for (int j = 0; j + q < ends; ++j)
-                for (int c = 0; c < S::dim; ++c) points[q][j][c] = (ends - q) * (points[q - 1][j + 1][c] - points[q - 1][j][c]);
-    }
-
-    // The derivative of an order on the unit interval, times a factor: Bernstein polynomials by nested multiplication.
-    template <class Real>
-    MINSNAP_INLINE void at(int order, const Real &s, double factor, Real *x) const {
-        const int last = ends - 1 - order;
-        const Real left = 1.0 - s;
-        Real weight = filled<Real>(1.0);
-        for (int c = 0; c < S::dim; ++c) x[c] = filled<Real>(last >= 0 ? factor * points[order][0][c] : 0.0);
-        for (int j = 1; j <= last; ++j) {
-            weight *= s * static_cast<double>(last + 1 - j) / static_cast<double>(j);
-            for (int c = 0; c < S::dim; ++c) x[c] = x[c] * left + factor * weight * points[order][j][c];
-        }
-    }
-
-private:
-    struct Map {
-        double entries[ends][ends];
-        Map() { control_map<S::half>(entries); }
-    };
-};
-
 // A sampled peak of a piece that lies near its bound: its row and that beside it, and by how much the curve rises over the first (0 where the sample
 // is the peak).
 struct Peak {
@@ -70,11 +28,18 @@ struct RowCurve {
     const TurningPiece *turning = nullptr;  // of the heading, where the limit asks for one
 
     MINSNAP_INLINE Quad at(const Quad &s) const {
-        Quad x[S::dim], gradient[S::dim], u[InstantLimit::most_inputs], out[InstantLimit::most_functions];
+        Quad x[S::dim], gradient[S::dim], out[InstantLimit::most_functions];
         if (condition != nullptr) {
             curve.at(condition->order, s, inverse[condition->order], x);
             return condition->at(x, gradient);
         }
+        all_at(s, out);
+        return out[function];
+    }
+
+    // All functions of a limit.
+    MINSNAP_INLINE void all_at(const Quad &s, Quad *out) const {
+        Quad x[S::dim], u[InstantLimit::most_inputs];
         for (int q = limit->span.low; q <= limit->span.high; ++q) {
             curve.at(q, s, inverse[q], x);
             for (int c = 0; c < limit->axes; ++c) u[(q - limit->span.low) * limit->axes + c] = x[c < S::dim ? c : 0];
@@ -84,7 +49,6 @@ struct RowCurve {
             if (limit->follows()) follow(u, u + limit->inputs());
         }
         limit->values(u, out);
-        return out[function];
     }
 };
 
@@ -152,13 +116,34 @@ public:
             const Condition<S::dim> *condition = rows.legs.begin(leg) + k;
             each(condition->order == 0, {curve_, piece.inverse, condition});
         }
-        for (int k = 0; k < rows.limit_count; ++k)
-            for (int f = 0; f < rows.limits[k].functions; ++f)
-                each(false, {curve_, piece.inverse, nullptr, &rows.limits[k], f, rows.turning(i)});
+        for (int k = 0; k < rows.limit_count; ++k) {
+            const InstantLimit &limit = rows.limits[k];
+            if (limit.headed()) jumps({curve_, piece.inverse, nullptr, &limit, 0, rows.turning(i)});
+            for (int f = 0; f < limit.functions; ++f) each(false, {curve_, piece.inverse, nullptr, &limit, f, rows.turning(i)});
+        }
     }
 
 private:
     static constexpr int count = S::instants, together = Rises<S>::together;
+
+    // On both sides of the instants at which a heading begins or ends to turn, its torque may be a peak.
+    void jumps(const RowCurve<S> &curve) {
+        constexpr double beside = 1e-9;
+        double cuts[2];
+        for (int next = 0, cut_count; (cut_count = curve.turning->cuts_within(next, cuts)) > 0;) {
+            Quad s, out[InstantLimit::most_functions];
+            for (int lane = 0; lane < together; ++lane) s[lane] = cuts[std::min(lane / 2, cut_count - 1)] + (lane % 2 ? beside : -beside);
+            curve.all_at(s, out);
+            for (int lane = 0; lane < 2 * cut_count; ++lane) {
+                const int before = std::min(static_cast<int>(s[lane] * (count - 1)), count - 2), g = before + lane % 2;
+                for (int f = 0; f < curve.limit->functions; ++f) {
+                    const int row = row_ + f * count + g;
+                    const double peak = out[f][lane] + rows_.limit_margin, rise = peak - (value_[row] - rows_.margin[row]);
+                    if (rise > 0.0 && peak > -ShortestSettings::near) found_(Peak{row, row, rise, false});
+                }
+            }
+        }
+    }
 
     void each(bool wall, const RowCurve<S> &curve) {
         const auto sample = [&](int g) { return value_[row_ + g] - rows_.margin[row_ + g]; };

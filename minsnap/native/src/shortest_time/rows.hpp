@@ -8,6 +8,8 @@
 #include "shortest_time/conditions.hpp"
 #include "shortest_time/heading.hpp"
 #include "shortest_time/instant_limits.hpp"
+#include "shortest_time/piece_curve.hpp"
+#include "shortest_time/ruled_heading.hpp"
 
 namespace minsnap {
 
@@ -45,6 +47,7 @@ public:
 
     [[nodiscard]] bool build(const ShortestRequest &request) {
         limit_count = static_cast<int>(request.limits);
+        ruled_.set(request);
         if (!limits.allocate(limit_count)) return false;
         for (std::int64_t k = 0; k < request.groups; ++k) used[request.cones[k].order] |= request.cones[k].at_knots == 0;
         for (int k = 0; k < limit_count; ++k) {
@@ -52,12 +55,11 @@ public:
             if (limits[k].of_yaw()) own_ = limits[k].parameters;
             headed_ = headed_ || limits[k].headed();
             limits[k].timed = request.clock > 0.0;
-            limits[k].along = request.follows != nullptr;
+            limits[k].along = ruled_.along();
             if (limits[k].follows()) limits[k].span.low = 1;
             for (int q = limits[k].span.low; q <= limits[k].span.high; ++q) used[q] = true;
         }
-        held_room_ = request.held_room;
-        if (headed_) heading_ = {request.turns, request.turning, request.follows, request.clock};
+        if (headed_) heading_ = {request.turns, request.turning, nullptr, nullptr, request.clock};
         if (headed_ && !spline_.allocate(request)) return false;
         return legs.build(request, false) && knots.build(request, true);
     }
@@ -213,7 +215,7 @@ public:
         if (limit.follows()) follow(motion, u);
     }
 
-    // Lay the heading out again over pieces that take other shares of their legs than before; false where there is none.
+    // Lay the heading of the curve as it is now out again; false where there is none.
     bool turn_again(const Chain<S> &chain) { return headed_ && turn(chain); }
 
     const TurningPiece *turning(int i) const { return headed_ ? turning_.data() + i : nullptr; }
@@ -256,8 +258,7 @@ public:
             for (int g = 0; g < count_at; g += together) {
                 inputs(limit, i, inverse, jet, g, u);
                 limit.values(u, out);
-                Quad moved = filled<Quad>(limit_margin);
-                if (limit.follows()) moved += held_room_ * (1.0 - u[limit.given() - 1]);
+                const Quad moved = filled<Quad>(limit_margin);
                 for (int f = 0, row = g; f < limit.functions; ++f, row += count_at)
                     put_four(value + row, out[f] + moved + four(margins + row));
             }
@@ -305,6 +306,31 @@ public:
     }
 
 private:
+    // The heading that the rule makes of a curve.
+    [[nodiscard]] bool rule(const Chain<S> &chain) {
+        const int samples = ruled_.samples(), order = ruled_.order();
+        if (!ruled_.allocate(chain.pieces * samples + 1)) return false;
+        RuledHeading::Sample *to = ruled_.to_write();
+        PieceEnds<S> piece;
+        double begins = 0.0;
+        for (int i = 0; i < chain.pieces; begins += piece.duration, ++i) {
+            chain.ends(i, piece);
+            const PieceCurve<S> curve(piece);
+            const double low = piece.inverse[order], high = piece.inverse[order + 1];
+            const int count = i + 1 < chain.pieces ? samples : samples + 1;
+            for (int g = 0; g < count; g += together) {
+                Quad s, here[S::dim], change[S::dim];
+                for (int lane = 0; lane < together; ++lane) s[lane] = std::min(static_cast<double>(g + lane) / samples, 1.0);
+                curve.at(order, s, low, here);
+                curve.at(order + 1, s, high, change);
+                constexpr int north = S::dim > 1 ? 1 : 0;
+                for (int lane = 0; lane < together && g + lane < count; ++lane)
+                    *to++ = {begins + s[lane] * piece.duration, here[0][lane], here[north][lane], change[0][lane], change[north][lane]};
+            }
+        }
+        return ruled_.lay(chain.course.legs, samples * chain.per_leg, heading_);
+    }
+
     // Lay the heading of each leg out over its pieces as they are, at their instants.
     [[nodiscard]] bool turn(const Chain<S> &chain) {
         if (!turning_.allocate(chain.pieces) ||
@@ -317,6 +343,7 @@ private:
             spline_.durations[leg] = sum;
         }
         if (spline_.given()) heading_ = spline_.through();
+        if (ruled_.given() && !rule(chain)) return false;
         double before = 0.0, whole = heading_.clock;  // of the way so far, or of the leg
         for (int i = 0; i < chain.pieces; ++i) {
             if (!timed && i % chain.per_leg == 0) {
@@ -337,9 +364,9 @@ private:
         return true;
     }
 
-    bool headed_ = false;     // whether a limit asks for a heading
-    double held_room_ = 0.0;  // by which limits are tightened where one is held that may be along the velocity
+    bool headed_ = false;  // whether a limit asks for a heading
     SplineHeading spline_;
+    RuledHeading ruled_;
     LegHeadings heading_;
     Buffer<TurningPiece> turning_;            // (pieces,) headings of the pieces, and those at their instants on the unit interval
     Buffer<double> headings_;                 // (pieces, heading, instants)

@@ -64,6 +64,7 @@ struct ShortestSettings {
     static constexpr double shorter = 0.999;       // share of the time of what is kept that a curve must be slowed to
     static constexpr double least_part = 0.05;     // of the way from a curve inside to the next one, tried
     static constexpr double barely = 1.01;         // factor on time to which that is found
+    static constexpr double seen = 0.05;           // excess at the end, in widths, up to which a search has seen a limit
     static constexpr double leak = 1e-9;           // excess that counts as none, in widths
 };
 

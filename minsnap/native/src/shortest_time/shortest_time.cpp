@@ -15,6 +15,7 @@ constexpr std::int64_t most_pieces = 100'000, most_rows = 20'000'000;
 Status checked(const ShortestRequest &request) {
     if (request.half < 2 || request.half > 6 || request.dim < 1 || request.dim > 5) return Status::unsupported;
     if ((request.least != nullptr && request.divisions > 0) || request.room < 1 || request.poll == nullptr) return Status::bad_size;
+    if (request.rule < 0 || request.rule > 2 || (request.rule != 0 && request.ruled == nullptr)) return Status::bad_size;
     if (request.legs < (request.closed != 0 ? 2 : 1) || request.groups < 0 || request.divisions < 0) return Status::bad_size;
     std::int64_t pieces = request.legs * (request.guessed > 0 ? request.guessed : 1), rows = 0;
     for (std::int64_t k = 0; k < request.divisions; ++k) {
@@ -32,7 +33,8 @@ Status checked(const ShortestRequest &request) {
     }
     for (std::int64_t k = 0; k < request.limits; ++k) {
         if (!InstantLimit::known(request.momentary[k], request.dim)) return Status::unsupported;
-        if (InstantLimit(request.momentary[k]).headed() && request.angles == nullptr && (request.turns < 1 || request.turning == nullptr))
+        if (InstantLimit(request.momentary[k]).headed() && request.angles == nullptr && request.rule == 0 &&
+            (request.turns < 1 || request.turning == nullptr))
             return Status::bad_size;
         rows += InstantLimit::most_functions * request.legs;
     }

@@ -248,7 +248,8 @@ private:
         constexpr double shorter = 0.999;
         const Chain<S> &inside = point_.inside;
         const bool passed = !costs() && inside.pieces > 0 && inside.total() < shorter * point_.chain.total();
-        if (answer.wall > 1e-6 || passed) return given_up(answer);
+        const bool over = request_.moving != 0 && answer.limit > Settings::seen;
+        if (answer.wall > 1e-6 || over || passed) return given_up(answer);
         write(answer);
         return Status::done;
     }
@@ -269,8 +270,8 @@ private:
 
     // The shortest curve inside where the search was ended from outside; where slower flight mends it for sure, or none was inside, the last one.
     Status stopped(ShortestAnswer &answer) {
-        double wall, limit;
-        point_.excess(request_.inwards, wall, limit);
+        const double &wall = answer.wall, &limit = answer.limit;
+        point_.excess(request_.inwards, answer.wall, answer.limit);
         Chain<S> &chain = point_.chain, &inside = point_.inside;
         const bool scales = request_.moving == 0, kept = wall <= Settings::leak && (scales || limit <= Settings::leak);
         const double total = chain.total() * (scales ? 1.0 + std::max(limit, 0.0) : 1.0);
