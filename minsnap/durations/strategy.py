@@ -103,9 +103,9 @@ class StrategySettings:
     seen_excess : float
         Relative excess of a limit up to which the search has seen it; beyond, it is not repeated.
     parts_of_excess : tuple of float
-        By which a curve is flown more slowly that exceeds a limit, until it keeps all.
+        By which a curve along the velocity is flown more slowly that exceeds a limit by little, until it keeps all.
     worth_repeating : float
-        Relative excess from which the search is repeated nevertheless.
+        Relative excess from which its search is repeated nevertheless.
     tightening : float
         Multiple of the excess by which limits are tightened where the search is repeated.
     longer_factors : tuple of float
