@@ -268,7 +268,7 @@ class Strategy:
         if guess is None and self._fewer_first:
             return self._divided(question)
         found = NOTHING
-        first = self._first_guess() if guess is None and (self.veers or not self.eases) else None
+        first = self._first_guess() if guess is None else None
         if first is not None:
             found = self._certified(begun_from(question, first), self.limits, self._slower_share)
             # Where the yaw follows the velocity, a search from rest may find a shorter flight than this one has led to.
@@ -297,7 +297,7 @@ class Strategy:
         if solved is None or keeps(self.limits, solved.flown):
             return straight
         if self.interrupted:
-            return replace(straight, solved=self._touching(solved, self.limits) if self.task.still else None)
+            return replace(straight, solved=self._touching(solved) if self.task.still else None)
         return self._turning(solved, curve, question)
 
     def _divided(self, question: ShortestQuestion) -> Attempt:
@@ -382,7 +382,7 @@ class Strategy:
     @cached_property
     def rest(self) -> SolvedTask:
         """The curve with rest at every waypoint: in the total, or as slowly as the price of time and limits ask for."""
-        straight, price, total = self._straight(self.times), self.timing.time_weight, self.timing.total_time
+        straight, price, total = self._stop_and_go, self.timing.time_weight, self.timing.total_time
         if price is None:
             return straight if total is None else straight.slowed(significant(total / self.times.sum()))
         factor = priced_factor(straight.trajectory, price)
@@ -396,9 +396,14 @@ class Strategy:
         return self._begun.yaw
 
     @cached_property
+    def _stop_and_go(self) -> SolvedTask:
+        """The curve with rest at every waypoint, as quick as limits on derivatives allow."""
+        return self._straight(self.times)
+
+    @property
     def _begun(self) -> Trajectory:
-        """The curve with rest at every waypoint, with its heading."""
-        return self._straight(self.times).flown
+        """The same with its heading."""
+        return self._stop_and_go.flown
 
     @property
     def _drags_unknown(self) -> bool:
@@ -431,6 +436,8 @@ class Strategy:
 
     def _first_guess(self) -> Guess | None:
         """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
+        if self.eases and not self.veers:
+            return None
         softer = self._unheaded(self._question) if self.veers else self._softer()
         if softer is not None or self._turns or self.task.still:
             return softer
@@ -442,11 +449,14 @@ class Strategy:
         At every waypoint a heading along straight legs turns while it is held.
         """
         free = replace(self.limits, yaw_rate=None)
-        curve = self._searched(with_rates(replace(question, turning=None), free, self._heading))
+        return self._guess_by(with_rates(question, free, self._heading, turning=None))
+
+    def _guess_by(self, question: ShortestQuestion, slower: float = 1.0) -> Guess | None:
+        """Return the curve of a search to begin another one from; None where it has no end of its own."""
+        curve = self._searched(question)
         if not isinstance(curve, ShortestCurve) or not curve.kept or curve.stopped:
             return None
-        pieces = len(curve.durations) // self.task.legs
-        return Guess(pieces, curve.durations, curve.knots)
+        return Guess(len(curve.durations) // self.task.legs, curve.durations, curve.knots, slower)
 
     def _softer(self) -> Guess | None:
         """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find.
@@ -464,10 +474,8 @@ class Strategy:
             return None
         softer: dict[str, Any] = {name: SETTINGS.rate_factor * getattr(limits, name) for name in names}
         softer |= {"yaw_rate": None} if self._follows else {}
-        curve = self._searched(with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True))
-        if not isinstance(curve, ShortestCurve) or not curve.kept or curve.stopped:
-            return None
-        return Guess(1, curve.durations, curve.knots, 1.0 if self._follows else SETTINGS.time_factor)
+        question = with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True)
+        return self._guess_by(question, 1.0 if self._follows else SETTINGS.time_factor)
 
     def _certified(self, question: ShortestQuestion, limits: Limits, slower_share: float) -> Attempt:
         """Return a certified plan; none where the search has no curve, or none that can be certified nearby.
@@ -481,7 +489,8 @@ class Strategy:
             Share by which the plan may be slower than the curve of the search.
         """
         self.watched.log.forget()
-        found, inside, scales = NOTHING, False, self.task.still and not question.held
+        found, inside = NOTHING, None
+        mends = self.veers and self.task.still and not question.held
         # Each round repairs what the last one missed: a curve outside a wall moves the walls inwards, an excess between
         # the instants of the search tightens the limits, and what kept all ends the loop.
         with self.watched.interruptible():
@@ -492,34 +501,30 @@ class Strategy:
                 if limits is self.limits and not question.costs:
                     self.watched.spared(curve.inside)
                 found = found if inside else Attempt(curve=curve)
-                if not curve.durations.max() <= LONGEST_PIECE:
-                    break
-                if not curve.kept:
+                if not curve.kept or not curve.durations.max() <= LONGEST_PIECE:
                     break
                 solved = solved_at(self.task, curve)
                 if not solved.inside:
                     inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
                     question = replace(question, inwards=inwards)
                     continue
-                inside, last = True, solved
+                inside = solved
                 found = replace(found, curve=curve)
                 ended = or_reason(partial(self._within, solved, curve, question, limits, slower_share))
                 if not isinstance(ended, tuple):
                     return replace(found, reason=ended)
                 kept, excess = ended
-                near = self.veers and scales and excess <= SETTINGS.seen_excess
-                slower = self._barely_slower(solved, excess) if kept is None and near else None
+                seen = excess <= SETTINGS.seen_excess
+                slower = self._barely_slower(solved, excess) if mends and seen and kept is None else None
                 found = found.then(Attempt(kept or slower, stands_in=curve.restored))
                 enough = found.solved is not None and (slower is None or excess < SETTINGS.worth_repeating)
-                if enough or curve.stopped or excess > SETTINGS.seen_excess:
+                if enough or curve.stopped or not seen:
                     break
                 if self.veers:
                     question = replace(question, guess=guess_of(solved.trajectory, solved.task), parts=())
                 question = replace(question, tightened=question.tightened + SETTINGS.tightening * excess)
-        if found.solved is None and inside and self.veers and scales and not self.interrupted:
-            slowest = self._touching(last, self.limits)
-            if slowest is not None and keeps(self.limits, slowest.flown):
-                return found.then(Attempt(slowest, stands_in=True))
+        if found.solved is None and inside and mends and not self.interrupted:
+            return found.then(Attempt(self._slowed(inside), stands_in=True))
         return found
 
     def _barely_slower(self, solved: SolvedTask, excess: float) -> SolvedTask | None:
@@ -537,8 +542,11 @@ class Strategy:
         solved = solved_at(self.task, curve)
         if not solved.inside:
             return NOTHING
-        kept = self._touching(solved, self.limits, 1.0) if self.task.still else solved
-        if kept is None or not keeps(self.limits, kept.flown):
+        if self.task.still:
+            kept = self._slowed(solved, 1.0)
+        else:
+            kept = solved if keeps(self.limits, solved.flown) else None
+        if kept is None:
             return NOTHING
         if not self.timing.refine and kept.task.pieces != self.task.pieces:
             kept = self.cut(kept) or kept
@@ -621,9 +629,14 @@ class Strategy:
         slower = curve.stretched(max(1.0, self.resting.flown.duration / curve.duration))
         return largest_use(limits, slower, proved=False) > 1.0 + KEPT
 
-    def _touching(self, solved: SolvedTask, limits: Limits, guess: float | None = None) -> SolvedTask | None:
+    def _slowed(self, solved: SolvedTask, guess: float | None = None) -> SolvedTask | None:
+        """Fly the same path at the speed at which the most used limit is just kept, if all are kept then."""
+        slower = self._touching(solved, guess)
+        return slower if slower is not None and keeps(self.limits, slower.flown) else None
+
+    def _touching(self, solved: SolvedTask, guess: float | None = None) -> SolvedTask | None:
         """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
-        factor = if_possible(partial(touching_factor, limits, solved.flown, guess, deadline=self.deadline))
+        factor = if_possible(partial(touching_factor, self.limits, solved.flown, guess, deadline=self.deadline))
         if factor is None:
             return None
         return solved.slowed(grained(max(factor, 1.0) if self.walled else factor))
@@ -680,9 +693,7 @@ class Strategy:
     @cached_property
     def resting(self) -> SolvedTask | None:
         """The certified plan that rests at every waypoint, where a search ended before it had a better one."""
-        solved = self._straight(self.times)
-        slower = self._touching(solved, self.limits, 1.0) if solved.inside else None
-        return slower if slower is not None and keeps(self.limits, slower.flown) else None
+        return self._slowed(self._stop_and_go, 1.0) if self._stop_and_go.inside else None
 
     def _alike(self, pieces: int) -> Strategy:
         """Return the same search of a fixed number of pieces a leg; its steps and its end are those of this one."""

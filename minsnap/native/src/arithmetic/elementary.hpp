@@ -1,5 +1,5 @@
-// Exponential, logarithm, sine, cosine, arc tangent and whole powers by operations that IEEE 754 rounds once: C libraries differ in the last bit, and
-// what searches decide by must not.
+// Exponential, logarithm, sine, cosine, angles and whole powers by operations that IEEE 754 rounds once: C libraries differ in the last
+// bit, and what searches decide by must not.
 //
 // Reduction by powers of two, or by quarter turns, with ln 2 or the turn in two parts, then a Taylor polynomial (W. J. Cody
 // and W. Waite, "Software Manual for the Elementary Functions", 1980). All are accurate to about two units in the last place.

@@ -17,11 +17,12 @@ extern "C" std::int32_t minsnap_unconstrained_pinned(const minsnap::ChainRecord 
 namespace minsnap {
 
 struct LegHeadings {
-    std::int64_t turns = 0;                 // cubics on each leg
-    const double *points = nullptr;         // (legs, turns, 4) [rad]
-    const std::int64_t *follows = nullptr;  // (legs, turns) 1 where it is along the velocity, or null
-    const double *cuts = nullptr;  // (legs, turns + 1) shares of a leg's time between which they are, 1 behind the last; equal where null
-    double clock = 0.0;            // seconds that (1, turns, 4) of them span, where it is a function of time
+    std::int64_t turns = 0;                 // cubics on each leg, on equal shares of its time; any number where `first` is given
+    const double *points = nullptr;         // (cubics, 4) leg by leg [rad]
+    double clock = 0.0;                     // seconds that the cubics of one leg span, where it is a function of time
+    const std::int64_t *first = nullptr;    // (legs + 1,) first cubic of each leg, and their number; or null
+    const double *cuts = nullptr;           // (cubics,) shares of its leg's time at which they begin
+    const std::int64_t *follows = nullptr;  // (cubics,) 1 where it is along the velocity, or null
 
     double power(double inverse) const { return clock > 0.0 ? 1.0 : inverse; }
 };
@@ -66,9 +67,9 @@ struct TurningPiece {
         const double pace = legs.clock > 0.0 ? 1.0 / legs.clock : lasts * inverse;
         for (int lane = 0; lane < Lanes<Quad>::count; ++lane) {
             const double place = begins + lasts * s[lane], within = place < 1.0 ? place : 1.0;  // nothing is known beyond the end
-            const std::int64_t part = part_at(within);
+            const std::int64_t part = part_at(within), cubic = first() + part;
             const double begun = cut(part), width = cut(part + 1) - begun, unit = pace / width;
-            const double *b = legs.points + 4 * (leg * legs.turns + part), right = (within - begun) / width, left = 1.0 - right;
+            const double *b = legs.points + 4 * cubic, right = (within - begun) / width, left = 1.0 - right;
             const double first[3] = {left * b[0] + right * b[1], left * b[1] + right * b[2], left * b[2] + right * b[3]};
             const double second[2] = {left * first[0] + right * first[1], left * first[1] + right * first[2]};
             const double rate = 3.0 * unit * (second[1] - second[0]), bend = 6.0 * unit * unit * (first[2] - 2.0 * first[1] + first[0]);
@@ -80,7 +81,7 @@ struct TurningPiece {
                                        rate * cosine,
                                        -bend * sine - rate * rate * cosine,
                                        bend * cosine - rate * rate * sine,
-                                       legs.follows != nullptr && legs.follows[leg * legs.turns + part] != 0 ? 1.0 : 0.0};
+                                       legs.follows != nullptr && legs.follows[cubic] != 0 ? 1.0 : 0.0};
             for (int n = 0; n < 7; ++n) heading[n][lane] = numbers[n];
         }
     }
@@ -88,7 +89,7 @@ struct TurningPiece {
     // Up to two of the next places within the piece where a cubic ends, on the unit interval: how many; `next` is the first that is looked at.
     int cuts_within(int &next, double *found) const {
         int count = 0;
-        for (; legs.cuts != nullptr && next < legs.turns && count < 2; ++next) {
+        for (; legs.first != nullptr && next < cubics() && count < 2; ++next) {
             const double place = (cut(next) - begins) / lasts;
             if (place > 0.0 && place < 1.0) found[count++] = place;
         }
@@ -96,17 +97,19 @@ struct TurningPiece {
     }
 
 private:
+    MINSNAP_INLINE std::int64_t first() const { return legs.first == nullptr ? leg * legs.turns : legs.first[leg]; }
+    MINSNAP_INLINE std::int64_t cubics() const { return legs.first == nullptr ? legs.turns : legs.first[leg + 1] - legs.first[leg]; }
+
+    // Share of the leg's time at which a cubic of it begins, 1 behind the last.
     MINSNAP_INLINE double cut(std::int64_t part) const {
-        return legs.cuts == nullptr ? static_cast<double>(part) / static_cast<double>(legs.turns)
-                                    : legs.cuts[leg * (legs.turns + 1) + part];
+        if (legs.first == nullptr) return static_cast<double>(part) / static_cast<double>(legs.turns);
+        return part < cubics() ? legs.cuts[first() + part] : 1.0;
     }
 
     MINSNAP_INLINE std::int64_t part_at(double within) const {
+        if (legs.first == nullptr) return std::min(static_cast<std::int64_t>(within * static_cast<double>(legs.turns)), legs.turns - 1);
         std::int64_t part = 0;
-        if (legs.cuts == nullptr)
-            part = std::min(static_cast<std::int64_t>(within * static_cast<double>(legs.turns)), legs.turns - 1);
-        else
-            while (part + 1 < legs.turns && cut(part + 1) <= within && cut(part + 1) < 1.0) ++part;
+        while (part + 1 < cubics() && cut(part + 1) <= within) ++part;
         return part;
     }
 };

@@ -59,7 +59,7 @@ public:
             if (limits[k].follows()) limits[k].span.low = 1;
             for (int q = limits[k].span.low; q <= limits[k].span.high; ++q) used[q] = true;
         }
-        if (headed_) heading_ = {request.turns, request.turning, nullptr, nullptr, request.clock};
+        if (headed_) heading_ = {request.turns, request.turning, request.clock};
         if (headed_ && !spline_.allocate(request)) return false;
         return legs.build(request, false) && knots.build(request, true);
     }
@@ -328,7 +328,8 @@ private:
                     *to++ = {begins + s[lane] * piece.duration, here[0][lane], here[north][lane], change[0][lane], change[north][lane]};
             }
         }
-        return ruled_.lay(chain.course.legs, samples * chain.per_leg, heading_);
+        heading_ = ruled_.lay(chain.course.legs, samples * chain.per_leg);
+        return true;
     }
 
     // Lay the heading of each leg out over its pieces as they are, at their instants.

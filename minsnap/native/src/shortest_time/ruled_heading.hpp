@@ -26,35 +26,32 @@ public:
         double turn() const { return (east * north_rate - north * east_rate) / square(); }
     };
 
-    static constexpr int most_samples = 64;  // of a piece
-
-    // False where no rule is asked for.
-    bool set(const ShortestRequest &request) {
+    void set(const ShortestRequest &request) {
         kind_ = static_cast<Kind>(request.rule);
         for (int k = 0; k < 3 && given(); ++k) numbers_[k] = request.ruled[k];
-        return given();
     }
     bool given() const { return kind_ != Kind::none; }
     bool along() const { return kind_ == Kind::velocity; }
-    int order() const { return along() ? 1 : 0; }                // of the derivative whose samples are taken
-    int samples() const { return along() ? most_samples : 16; }  // of a piece
+    int order() const { return along() ? 1 : 0; }      // of the derivative whose samples are taken
+    int samples() const { return along() ? 64 : 16; }  // of a piece
 
     // Room for the samples of a curve, to be written in order, its end among them.
     [[nodiscard]] bool allocate(int count) {
-        const std::size_t room = static_cast<std::size_t>(count);
-        return sampled_.allocate(room) && grid_.allocate(2 * room) && holds_.allocate(room) && parts_.allocate(4 * room + 4);
+        const std::size_t room = static_cast<std::size_t>(count), parts = 4 * room + 4, cubics = parts + room;
+        return sampled_.allocate(room) && grid_.allocate(2 * room) && holds_.allocate(room) && parts_.allocate(parts) &&
+               points_.allocate(4 * cubics) && cuts_.allocate(cubics) && follows_.allocate(cubics) && first_.allocate(room + 1);
     }
     Sample *to_write() { return sampled_.data(); }
 
     // The heading of a curve over legs of so many samples.
-    [[nodiscard]] bool lay(int legs, int per_leg, LegHeadings &heading) {
+    LegHeadings lay(int legs, int per_leg) {
         const int count = legs * per_leg + 1;
         part_count_ = 0;
         if (along())
             follow(count);
         else
             look(count);
-        return share(legs, per_leg, heading);
+        return share(legs, per_leg);
     }
 
 private:
@@ -173,8 +170,6 @@ private:
         }
     }
 
-    bool is_open(const Hold &hold) const { return hold.first < 0 || hold.last >= place_count_; }
-
     // Find the narrowest one that turns slowly enough; false if the room is too narrow.
     bool widened(Hold &hold, int low, int high) const {
         const bool begins = hold.first < 0, ends = hold.last >= place_count_;
@@ -202,15 +197,16 @@ private:
         Hold &hold = holds_[at];
         const bool back =
             hold.first >= 0 && !(begins_given() && hold.first == 0) && (hold.last >= place_count_ || hold.first - low <= high - hold.last);
-        int gone = at;
+        const int other = back ? at - 1 : at + 1, kept = std::min(at, other);
+        const bool joins = other >= 0 && other < hold_count_;
         if (back)
-            hold.first = at > 0 ? holds_[gone = at - 1].first : -1;
+            hold.first = joins ? holds_[other].first : -1;
         else
-            hold.last = at + 1 < hold_count_ ? holds_[gone = at + 1].last : place_count_;
-        if (gone == at) return;
-        holds_[std::min(gone, at)] = hold;
-        for (int n = std::max(gone, at); n + 1 < hold_count_; ++n) holds_[n] = holds_[n + 1];
+            hold.last = joins ? holds_[other].last : place_count_;
+        if (!joins) return;
+        holds_[kept] = hold;
         --hold_count_;
+        for (int n = kept + 1; n < hold_count_; ++n) holds_[n] = holds_[n + 1];
     }
 
     Turn turn_between(int first, int last) const {
@@ -225,15 +221,14 @@ private:
         const int first = std::max(hold.first, 0), last = std::min(hold.last, place_count_ - 1);
         const Place &from = grid_[first], &to = grid_[last];
         Turn turn = {std::min(longest_ease, to.time - from.time), 1.0, 0.0};
-        if (!is_open(hold)) turn = turn_between(first, last);
+        if (!begins && !ends) turn = turn_between(first, last);
         const double ease = turn.ease, slower = ease > 0.0 ? -from.rate / (2.0 * ease) : 0.0,
                      faster = ease > 0.0 ? to.rate / (2.0 * ease) : 0.0;
         const double held = begins ? to.angle() - 0.5 * to.rate * ease : from.angle() + 0.5 * from.rate * ease,
                      square = turn.middle * turn.middle;
-        const bool still = begins && ends;
         if (!begins) parts_[part_count_++] = {from.time, from.angle(), from.rate, slower, 0.0, false};
         parts_[part_count_++] = {begins ? from.time : from.time + ease,
-                                 still ? first_fast() : held,
+                                 begins && ends ? first_fast() : held,
                                  0.0,
                                  3.0 * turn.angle / square,
                                  -2.0 * turn.angle / (square * turn.middle),
@@ -248,34 +243,26 @@ private:
     }
 
     // Share the parts out to the legs, as cubics on shares of their times.
-    [[nodiscard]] bool share(int legs, int per_leg, LegHeadings &heading) {
+    LegHeadings share(int legs, int per_leg) {
         constexpr double trifle = 1e-9;  // of a leg, which has no part of its own
-        int most = 1;
-        for (int pass = 0; pass < 2; ++pass) {
-            const std::size_t room = static_cast<std::size_t>(legs * most);
-            if (pass == 1 &&
-                !(points_.allocate(4 * room) && follows_.allocate(room) && cuts_.allocate(room + static_cast<std::size_t>(legs))))
-                return false;
-            for (int leg = 0, part = 0; leg < legs; ++leg) {
-                const double begins = sampled_[leg * per_leg].time, ends = sampled_[(leg + 1) * per_leg].time, whole = ends - begins;
-                int count = 0;
-                for (double from = begins; from < ends; ++count) {
-                    while (part + 1 < part_count_ && parts_[part + 1].begins <= from + trifle * whole) ++part;
-                    const double next = part + 1 < part_count_ ? parts_[part + 1].begins : ends,
-                                 to = next < ends - trifle * whole ? next : ends;
-                    if (pass == 1) write(leg * most + count, parts_[part], from, to);
-                    if (pass == 1) cuts_[leg * (most + 1) + count] = (from - begins) / whole;
-                    from = to;
-                }
-                for (int k = count; pass == 1 && k <= most; ++k) cuts_[leg * (most + 1) + k] = 1.0;
-                most = std::max(most, count);
+        std::int64_t count = 0;
+        for (int leg = 0, part = 0; leg < legs; ++leg) {
+            const double begins = sampled_[leg * per_leg].time, ends = sampled_[(leg + 1) * per_leg].time, whole = ends - begins;
+            first_[leg] = count;
+            for (double from = begins; from < ends; ++count) {
+                while (part + 1 < part_count_ && parts_[part + 1].begins <= from + trifle * whole) ++part;
+                const double next = part + 1 < part_count_ ? parts_[part + 1].begins : ends,
+                             to = next < ends - trifle * whole ? next : ends;
+                write(count, parts_[part], from, to);
+                cuts_[count] = (from - begins) / whole;
+                from = to;
             }
         }
-        heading = {most, points_.data(), along() ? follows_.data() : nullptr, cuts_.data()};
-        return true;
+        first_[legs] = count;
+        return {0, points_.data(), 0.0, first_.data(), cuts_.data(), along() ? follows_.data() : nullptr};
     }
 
-    void write(int at, const Part &part, double from, double to) {
+    void write(std::int64_t at, const Part &part, double from, double to) {
         const auto angle = [&](double t) { return part.angle + t * (part.first + t * (part.second + t * part.third)); };
         const auto rate = [&](double t) { return part.first + t * (2.0 * part.second + 3.0 * t * part.third); };
         const double low = from - part.begins, high = to - part.begins, third = (to - from) / 3.0;
@@ -287,13 +274,13 @@ private:
 
     Kind kind_ = Kind::none;
     double numbers_[3] =
-        {};  // the largest rate of a hold, the speed below which it is held or 0, the angle at the start or infinity; or a point
+        {};  // the largest rate of a hold, the speed below which it is held or 0, the angle at the start or none; or a point
     Buffer<Sample> sampled_;
     Buffer<Place> grid_;
     Buffer<Hold> holds_;
     Buffer<Part> parts_;
     Buffer<double> points_, cuts_;
-    Buffer<std::int64_t> follows_;
+    Buffer<std::int64_t> follows_, first_;
     int place_count_ = 0, hold_count_ = 0, part_count_ = 0;
 };
 

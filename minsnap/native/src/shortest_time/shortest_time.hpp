@@ -270,11 +270,10 @@ private:
 
     // The shortest curve inside where the search was ended from outside; where slower flight mends it for sure, or none was inside, the last one.
     Status stopped(ShortestAnswer &answer) {
-        const double &wall = answer.wall, &limit = answer.limit;
         point_.excess(request_.inwards, answer.wall, answer.limit);
         Chain<S> &chain = point_.chain, &inside = point_.inside;
-        const bool scales = request_.moving == 0, kept = wall <= Settings::leak && (scales || limit <= Settings::leak);
-        const double total = chain.total() * (scales ? 1.0 + std::max(limit, 0.0) : 1.0);
+        const bool scales = request_.moving == 0, kept = answer.wall <= Settings::leak && (scales || answer.limit <= Settings::leak);
+        const double total = chain.total() * (scales ? 1.0 + std::max(answer.limit, 0.0) : 1.0);
         if (inside.pieces > 0 && !(kept && (total <= inside.total() || costs()))) chain.copy(inside);
         write(answer);
         return Status::spent;
