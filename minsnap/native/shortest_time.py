@@ -141,6 +141,9 @@ class ShortestQuestion:
         Whether the curve is only one to begin another search from, which may be outside of walls and limits.
     guess : Guess or None
         In place of rest at every waypoint; its pieces are divided then.
+    planned : bool
+        Whether that is a plan, on whose first and last piece nothing is held further inwards than it is there. The
+        first may be a way back into the limits, which may exceed as much then, and takes no longer.
     turned : ndarray, shape (waypoints, dim, dim), or None
         Columns are the axes along which a waypoint's position is free or pinned; zeros for the world's.
     turning : HeldYaw or None
@@ -164,6 +167,7 @@ class ShortestQuestion:
     total: float = 0.0
     rough: bool = False
     guess: Guess | None = None
+    planned: bool = False
     turned: FloatArray | None = None
     turning: HeldYaw | None = None
 
@@ -377,7 +381,7 @@ def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
         request.put(rule=turning.rule, ruled=np.array(turning.ruled))
     if guess is not None:
         request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))
-        request.put(guess_durations=guess.durations, least=guess.least)
+        request.put(guess_durations=guess.durations, least=guess.least, planned=question.planned)
     return request
 
 

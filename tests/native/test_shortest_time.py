@@ -8,7 +8,7 @@ import pytest
 from minsnap import Limits
 from minsnap.durations.shortest_question import question_of
 from minsnap.native.library import core, using
-from minsnap.native.shortest_time import Watch, search_shortest
+from minsnap.native.shortest_time import Guess, Watch, search_shortest
 from minsnap.planning.planner import task_of
 from minsnap.planning.request import PlanRequest
 
@@ -99,3 +99,11 @@ def test_what_is_malformed_or_unknown_is_not_answered():
     assert search_shortest(replace(good, parts=(10**6,)), go_on) is None
     with using("python"):
         assert search_shortest(good, go_on) is None
+
+
+def test_a_plan_is_searched_on_from_only_in_its_own_pieces():
+    first = search_shortest(question(), go_on)
+    guess = Guess(1, first.durations, first.knots)
+    again = search_shortest(replace(question(), guess=guess, parts=(), planned=True), go_on)
+    assert again.durations.sum() == pytest.approx(first.durations.sum(), rel=1e-3)
+    assert search_shortest(replace(question(), guess=guess, parts=(3,), planned=True), go_on) is None

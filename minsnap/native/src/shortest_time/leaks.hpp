@@ -110,7 +110,7 @@ template <class S, class Found>
 class Peaks {
 public:
     Peaks(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const double *value, Found &found)
-        : rows_(rows), curve_(piece), value_(value), found_(found), row_(rows.first[i]) {
+        : rows_(rows), curve_(piece), value_(value), found_(found), allowed_(rows.allowed(chain, i)), row_(rows.first[i]), first_(row_) {
         const int leg = i / chain.per_leg;
         for (int k = 0; k < rows.legs.count(leg); ++k) {
             const Condition<S::dim> *condition = rows.legs.begin(leg) + k;
@@ -138,7 +138,8 @@ private:
                 const int before = std::min(static_cast<int>(s[lane] * (count - 1)), count - 2), g = before + lane % 2;
                 for (int f = 0; f < curve.limit->functions; ++f) {
                     const int row = row_ + f * count + g;
-                    const double peak = out[f][lane] + rows_.limit_margin, rise = peak - (value_[row] - rows_.margin[row]);
+                    const double allowed = allowed_ == nullptr ? 0.0 : allowed_[row - first_];
+                    const double peak = out[f][lane] + rows_.limit_margin - allowed, rise = peak - (value_[row] - rows_.margin[row]);
                     if (rise > 0.0 && peak > -ShortestSettings::near) found_(Peak{row, row, rise, false});
                 }
             }
@@ -168,7 +169,8 @@ private:
     const PieceCurve<S> curve_;
     const double *value_;
     Found &found_;
-    int row_;
+    const double *allowed_;  // or null
+    int row_, first_;
 };
 
 template <class S, class Found>

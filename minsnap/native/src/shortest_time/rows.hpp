@@ -74,6 +74,7 @@ public:
             count += most;
             for (int right = 0; right < 2; ++right) count += knot_count(chain, i, right);
             count += floored ? 1 : 0;
+            count += comes_back(i) ? 1 : 0;
             count = (count + together - 1) / together * together;
         }
         first[chain.pieces] = count;
@@ -101,6 +102,31 @@ public:
             limits[k].parameters = share < 1.0 ? eased_ : own_;
         }
     }
+
+    // Hold no row of the first and of the last piece further inwards than a plan has it, which is the guess, nor outwards. The first may be a way back into
+    // the limits: what it breaks it may break a little more, and it takes no longer.
+    [[nodiscard]] bool begin_from_plan(const Chain<S> &chain, const double *value, double inwards) {
+        for (int side = 0; side < 2; ++side) {
+            const int i = side == 0 ? 0 : chain.pieces - 1, leg = i / chain.per_leg, most = sampled(leg);
+            if (!allowed_[side].allocate(most)) return false;
+            int walls = 0;
+            while (walls < legs.count(leg) && legs.begin(leg)[walls].order == 0) ++walls;
+            for (int j = 0; j < most; ++j) {
+                const double over = value[first[i] + j], room = j < walls * count_at ? inwards : limit_margin;
+                const bool broken = side == 0 && j >= walls * count_at && over > room + ShortestSettings::broken;
+                allowed_[side][j] = broken ? over + ShortestSettings::loosened : std::min(std::max(over, 0.0), room);
+                back_ = back_ || broken;
+            }
+        }
+        longest_ = chain.sigma[0];
+        return planned_ = true;
+    }
+
+    // By how much a plan exceeds the rows of a piece, at its instants; null where they are held as they are.
+    const double *allowed(const Chain<S> &chain, int i) const {
+        return !planned_ ? nullptr : i == 0 ? allowed_[0].data() : i + 1 == chain.pieces ? allowed_[1].data() : nullptr;
+    }
+    bool comes_back(int i) const { return back_ && i == 0; }
 
     bool is_awake(int row) const { return awake[row / together] != 0; }
 
@@ -151,6 +177,7 @@ public:
         const double *margins = margin.data() + first[i];
         const double *end = value + first[i + 1];
         value += first[i];
+        double *begin = value;
         for (int k = 0; k < legs.count(leg); ++k, ++condition, value += count_at, margins += count_at) {
             const double moved = condition->order == 0 ? wall_margin : limit_margin;
             const auto &x = jet[condition->order];
@@ -163,11 +190,14 @@ public:
             silence(chain, i, condition->order, value, -1.0);
         }
         limit_values(chain, i, piece.inverse, jet, value, margins);
+        const double *over = allowed(chain, i);
+        for (int j = 0; over != nullptr && j < sampled(leg); ++j) begin[j] -= over[j];
         knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int, const double *x) {
             double gradient[S::dim];
             *value++ = at_knot.at(x, gradient) + wall_margin;
         });
         if (floored) *value++ = floor[i] - chain.sigma[i];
+        if (comes_back(i)) *value++ = chain.sigma[i] - longest_;
         while (value < end) *value++ = -1.0;
     }
 
@@ -200,6 +230,7 @@ public:
             *slope++ = sum;
         });
         if (floored) *slope++ = -own;
+        if (comes_back(i)) *slope++ = own;
         while (slope < end) *slope++ = 0.0;
     }
 
@@ -365,7 +396,10 @@ private:
         return true;
     }
 
-    bool headed_ = false;  // whether a limit asks for a heading
+    bool planned_ = false, back_ = false;  // whether the guess is a plan, and begins outside of limits
+    Buffer<double> allowed_[2];            // (rows at instants,) of the first and of the last piece
+    double longest_ = 0.0;                 // logarithm of the duration of the first one
+    bool headed_ = false;                  // whether a limit asks for a heading
     SplineHeading spline_;
     RuledHeading ruled_;
     LegHeadings heading_;

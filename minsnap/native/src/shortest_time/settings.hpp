@@ -33,6 +33,8 @@ struct ShortestSettings {
     static constexpr double balance = 1e-3;                  // weight of the pull of neighbouring durations of a leg to their first ratio
     static constexpr double largest_step = 0.5;              // of the logarithm of a duration
     static constexpr double least_slack = 0.02;              // at a fresh start, in widths
+    static constexpr double broken = 1e-6;                   // excess from which a plan breaks a row, in widths
+    static constexpr double loosened = 3e-4;                 // by how much more than a plan its way back may break a row, in widths
     static constexpr double touched = 1e-3;                  // within which a guess touches its bounds, as an optimum does, in widths
     static constexpr double touched_gap = 0.01;              // at which the search of such a guess begins
     static constexpr double touched_slack = 3e-4;            // least slack then, in widths

@@ -118,7 +118,11 @@ private:
             point_.rows.ease(1.0);
             begin();
         }
-        return point_.begin(first_gap()) ? divided(false) : StageEnd::no_memory;
+        if (!point_.begin(first_gap())) return StageEnd::no_memory;
+        if (request_.planned != 0 &&
+            !(point_.rows.begin_from_plan(point_.chain, point_.values(), request_.inwards) && point_.begin(first_gap())))
+            return StageEnd::no_memory;
+        return divided(false);
     }
 
     bool eases() const { return request_.guessed == 0 && request_.rough == 0 && !costs() && point_.rows.turns_hard(); }
@@ -181,7 +185,9 @@ private:
     StageEnd divided(bool eased) {
         constexpr double infinite = 1e300;  // a time that is not known: any other is worth more
         const bool once = request_.divisions == 1, guessed = request_.guessed > 0, rough = once && !guessed && !eased;
-        for (int k = 0; !point_.chain.held() && k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
+        for (int k = 0;
+             !point_.chain.held() && request_.planned == 0 && k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0;
+             ++k) {
             point_.chain.slow(Settings::slowed);
             prepare();
             if (!point_.begin(first_gap())) return StageEnd::no_memory;
