@@ -114,7 +114,7 @@ def _answer_otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanO
     other = asked.in_other_times(again)
     if isinstance(other, InfeasibleError):
         return PlanOutcome(reason=other)
-    longer = quickest((other, _at_rest(task, timing)))
+    longer = quickest((other, _at_rest(task, timing, again=True)))
     if longer is not None:
         return _look_at(replace(longer, stands_in=True), task, timing)
     if isinstance(again, SolverError) and timing.in_time(task).deadline.late:
@@ -122,10 +122,10 @@ def _answer_otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanO
     return PlanOutcome(reason=asked.explained(again))
 
 
-def _at_rest(task: Task, timing: Timing) -> Timed | None:
+def _at_rest(task: Task, timing: Timing, again: bool = False) -> Timed | None:
     from minsnap.durations.within_limits import at_rest_everywhere
 
-    return at_rest_everywhere(task, timing)
+    return at_rest_everywhere(task, timing, again)
 
 
 def _or_rest(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:

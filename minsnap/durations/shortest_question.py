@@ -25,6 +25,7 @@ from minsnap.limits.vehicle_use import VEHICLE_USE, lateral_alike, medium_of
 from minsnap.native.records import WallsRecord
 from minsnap.native.shortest_time import Guess, HeldYaw, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.heading import Heading, RuledHeading
 from minsnap.trajectory.trajectory import Trajectory
@@ -121,7 +122,7 @@ def begun_from(question: ShortestQuestion, guess: Guess | None) -> ShortestQuest
     return replace(question, guess=guess, parts=question.parts if guess.pieces == 1 and guess.least is None else ())
 
 
-def coasting_guess(task: Task, times: FloatArray) -> Guess:
+def coasting(task: Task, times: FloatArray) -> SolvedTask:
     """Return the curve of least cost through all waypoints that keeps the speed of a moving start.
 
     It arrives with the speed of a moving end.
@@ -140,8 +141,7 @@ def coasting_guess(task: Task, times: FloatArray) -> Guess:
             durations[leg] = min(durations[leg], max(float(task.lengths[leg]) / speed, SHORTEST))
     pinned = np.zeros(task.waypoints.shape)
     free = replace(task, pieces=1, walls=(), regions={}, lower=pinned, upper=pinned, continuity=task.half - 1)
-    curve = solve(free, durations).trajectory
-    return Guess(1, durations, curve.states(curve.breaks, task.half), 1.0)
+    return solve(free, durations)
 
 
 def scales(task: Task, limits: Limits) -> bool:

@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import chain
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -38,7 +38,7 @@ from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.shortest_question import (
     QUESTION,
     begun_from,
-    coasting_guess,
+    coasting,
     guess_of,
     question_of,
     with_rates,
@@ -108,6 +108,8 @@ class StrategySettings:
         Relative excess from which its search is repeated nevertheless.
     tightening : float
         Multiple of the excess by which limits are tightened where the search is repeated.
+    tightened_again : float
+        Share by which they are tightened further where a search from a plan is repeated.
     longer_factors : tuple of float
         Factors on the durations of a curve that a search left and none certified, in which the least cost is searched.
     slower_share : float
@@ -133,6 +135,7 @@ class StrategySettings:
     parts_of_excess: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0)
     worth_repeating: float = 0.01
     tightening: float = 2.0
+    tightened_again: float = 1e-3
     longer_factors: tuple[float, ...] = (1.01, 1.03, 1.06, 1.1)
     slower_share: float = 1e-3
     slow_by_turns: float = 1.02
@@ -140,6 +143,8 @@ class StrategySettings:
 
 
 SETTINGS = StrategySettings()
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True, eq=False)
@@ -379,6 +384,31 @@ class Strategy:
                 return found
         return None
 
+    def on_from(self, first: Trajectory, certify: Callable[[SolvedTask], Value | None]) -> Value | None:
+        """Search on from a plan whose first piece may be a way back into the limits, on which none is exceeded further.
+
+        Parameters
+        ----------
+        first : Trajectory
+        certify : callable
+            Returns what is made of a curve inside the walls, or None where that does not keep the limits.
+        """
+        question = replace(self._question, guess=guess_of(first, self.task), parts=(), moving=True, planned=True)
+        with self.watched.interruptible():
+            for _ in range(SETTINGS.searches):
+                curve = self._searched(question)
+                if not isinstance(curve, ShortestCurve) or not curve.kept:
+                    break
+                solved = solved_at(self.task, curve)
+                found = certify(solved) if solved.inside else None
+                if found is not None or curve.stopped:
+                    return found
+                if not solved.inside:
+                    inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
+                    question = replace(question, inwards=inwards)
+                question = replace(question, tightened=question.tightened + SETTINGS.tightened_again)
+        return None
+
     @cached_property
     def rest(self) -> SolvedTask:
         """The curve with rest at every waypoint: in the total, or as slowly as the price of time and limits ask for."""
@@ -441,7 +471,8 @@ class Strategy:
         softer = self._unheaded(self._question) if self.veers else self._softer()
         if softer is not None or self._turns or self.task.still:
             return softer
-        return coasting_guess(self.task, self.times)
+        coast = coasting(self.task, self.times)
+        return Guess(1, coast.durations, coast.trajectory.states(coast.trajectory.breaks, self.task.half))
 
     def _unheaded(self, question: ShortestQuestion) -> Guess | None:
         """Search with the least torque that any heading asks for: from rest the way to one along the velocity is hard.

@@ -1,27 +1,33 @@
 """Plans from starts in motion, and with ends on their limits: a way back, a way out, and a plan with room between.
 
 A search moves limits inwards, which a state on or outside of a limit does not allow.  The shortest polynomials between
-such states and states with room are found first, as in ``connector.py``; a way out is a way back flown backwards.
+such states and states with room are found first, as in ``connector.py``; a way out is a way back flown backwards.  The
+shortest time is then searched once more from the whole, in which a way back may exceed what it does, as far, and may
+be any that takes no longer; that search also finds plans where there is none between the ways, or their whole is none.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import partial
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.margins import nearest_wall
 from minsnap.durations.connector import CONNECTOR, connect_start, pinned_state, pinned_use
-from minsnap.durations.outcome import End, PlanOutcome, outcome_of
+from minsnap.durations.outcome import End, PlanOutcome, if_possible, outcome_of
+from minsnap.durations.shortest_question import coasting
 from minsnap.durations.starts import shortest_of_starts
-from minsnap.durations.timing import Timed, Timing
+from minsnap.durations.strategy import Strategy
+from minsnap.durations.timing import Run, Timed, Timing, timed
 from minsnap.errors import LimitError, SolverError, UnprovedError
-from minsnap.limits.compliance import KEPT, kept_from
+from minsnap.limits.compliance import KEPT, keeps, kept_from
 from minsnap.limits.limits import Limits
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.polynomials.bernstein import split
+from minsnap.polynomials.bernstein import divided_pieces, split
 from minsnap.refusals.sentences import connector_too_long, no_connector
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -77,25 +83,31 @@ class EndConnectors:
             durations[leg] -= taken
         return replace(timing, durations=durations)
 
-    def planned(self, plan: Callable[[Task], PlanOutcome], limits: Limits) -> PlanOutcome:
+    def planned(self, plan: Callable[[Task], PlanOutcome], fly: Callable[[PlanOutcome], PlanOutcome]) -> PlanOutcome:
         """Plan between the ways with the pieces of the request, then with more, and fly them before and after.
 
-        There is no plan either where the whole does not keep the limits and the walls.
+        Parameters
+        ----------
+        plan : callable
+            Plans between them.
+        fly : callable
+            Makes the whole of that.
         """
         if self.task.pieces < CONNECTOR.pieces:
-            few = self.around(outcome_of(lambda: plan(replace(self.task, explains=False))), limits)
+            few = fly(outcome_of(lambda: plan(replace(self.task, explains=False))))
             if few.refused is None and not few.stands_in:
                 return few
-            more = self.around(plan(replace(self.task, pieces=CONNECTOR.pieces)), limits)
+            more = fly(plan(replace(self.task, pieces=CONNECTOR.pieces)))
             return more if few.planned is None else few.or_quicker(more)
-        return self.around(plan(self.task), limits)
+        return fly(plan(self.task))
 
     def in_time(self, plan: Callable[[Task, Timing], PlanOutcome], timing: Timing) -> PlanOutcome:
         """Plan as :meth:`planned` does in the times of a request, of which a refusal speaks too."""
         between = self.between(timing)
         if not isinstance(between, Timing):
             return PlanOutcome(reason=between)
-        outcome = outcome_of(lambda: self.planned(lambda task: plan(task, between), timing.bounds))
+        fly = partial(self.around, limits=timing.bounds)
+        outcome = outcome_of(lambda: self.planned(lambda task: plan(task, between), fly))
         refused = outcome.refused
         if refused is not None:
             first, last = self._taken
@@ -119,21 +131,84 @@ class EndConnectors:
         planned = outcome.planned
         if planned is None or (self.before is None and self.after is None):
             return outcome
-        curve = planned.trajectory if self.before is None else joined(self.before, planned.trajectory)
+        allowed = planned.limits_from if self.before is None else self.before.duration
+        whole = certified(replace(planned, trajectory=self.whole(planned.trajectory)), limits, allowed)
+        if whole is not None:
+            return PlanOutcome(whole)
+        reason = SolverError("the ways to a state on its limits could not be certified: loosen a limit")
+        return PlanOutcome(reason=reason)
+
+    def whole(self, between: Trajectory) -> Trajectory:
+        """Fly the ways before and after a curve between them."""
+        curve = between if self.before is None else joined(self.before, between)
         if self.after is not None:
             curve = joined(self.after.reversed(), curve.reversed()).reversed()
-        whole = self.task.finish(curve)
-        start = kept_from(limits, whole)
-        allowed = planned.limits_from if self.before is None else self.before.duration
-        known = planned.solved, whole, planned.steps, planned.interrupted, planned.stands_in
-        answer = Recovered(*known, limits_from=start)
-        if start > allowed * (1.0 + KEPT) or (answer.corridor_margin or 0.0) < 0.0:
-            reason = SolverError("the ways to a state on its limits could not be certified: loosen a limit")
-            return PlanOutcome(reason=reason)
-        return PlanOutcome(answer)
+        return self.task.finish(curve)
+
+    def as_one(self, outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
+        """Fly the ways before and after a plan between them, and search on from the whole; take the shorter flight.
+
+        Where there is no plan between them, or the whole does not keep the limits, that search may find one.
+
+        Parameters
+        ----------
+        outcome : PlanOutcome
+            Between the ways.
+        task : Task
+            From the first state to the last.
+        timing : Timing
+        """
+        flown, planned = self.around(outcome, timing.bounds), outcome.planned
+        if (self.before is None and self.after is None) or outcome.end is End.SPENT:
+            return flown
+        if planned is None:
+            planned = if_possible(lambda: self._coasting(timing)) if outcome.refused else None
+        if planned is None:
+            return flown
+        again = if_possible(lambda: self._searched_on(planned, task, timing))
+        best = flown.or_quicker(PlanOutcome(again))
+        if again is None or best.planned is None or not again.interrupted:
+            return best
+        return PlanOutcome(replace(best.planned, interrupted=True))
+
+    def _coasting(self, timing: Timing) -> Timed:
+        """Return the curve of least cost between the ways, which need not keep anything, in enough pieces."""
+        coast = coasting(self.task, Strategy(self.task, timing).times)
+        count = max(self.task.pieces, CONNECTOR.pieces)
+        counts = np.full(self.task.legs, count)
+        durations, points = divided_pieces(coast.durations, coast.trajectory.control_points, counts)
+        return Timed(coast, Trajectory(points, durations, pieces=count))
+
+    def _searched_on(self, planned: Timed, task: Task, timing: Timing) -> Recovered | None:
+        """Search from the whole of a curve between the ways; None without a plan."""
+        first, limits, allowed = self.whole(planned.trajectory), timing.bounds, 0.0
+        if self.before is not None and not keeps(limits, first.between(0.0, self.before.duration)):
+            allowed = self.before.duration
+        search = Strategy(replace(task, pieces=first.pieces), replace(timing, refine=False))
+
+        def certify(solved: SolvedTask) -> Recovered | None:
+            run = Run((*planned.steps, *search.watched.log.steps), search.interrupted)
+            return certified(replace(timed(solved, run), stands_in=planned.stands_in), limits, allowed)
+
+        return search.on_from(first, certify)
 
 
-def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -> PlanOutcome:
+def certified(planned: Timed, limits: Limits, allowed: float) -> Recovered | None:
+    """Return a plan with the instant from which it keeps the limits, if that is early enough and it keeps the walls.
+
+    Parameters
+    ----------
+    planned : Timed
+    limits : Limits
+    allowed : float
+        Latest such instant [s].
+    """
+    start = kept_from(limits, planned.trajectory)
+    answer = Recovered(**{one.name: getattr(planned, one.name) for one in fields(Timed)}, limits_from=start)
+    return None if start > allowed * (1.0 + KEPT) or (answer.corridor_margin or 0.0) < 0.0 else answer
+
+
+def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None, again: bool = True) -> PlanOutcome:
     """Find the shortest plan from a start in motion, or to an end on its limits, or why there is none.
 
     Parameters
@@ -143,6 +218,8 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
     timing : Timing
     first : Trajectory, optional
         To search from.
+    again : bool
+        Whether a plan with ways is searched on from as a whole.
     """
     limits = timing.bounds
 
@@ -150,18 +227,21 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
         timing.in_time(part).deadline.require()
         return shortest_of_starts(part, timing, curve)
 
+    def flown(ways: EndConnectors, outcome: PlanOutcome) -> PlanOutcome:
+        return ways.as_one(outcome, task, timing) if again else ways.around(outcome, limits)
+
     direct = PlanOutcome()
     if pinned_use(task, limits) <= (1.0 - CONNECTOR.on_limit if first is None else 1.0 + KEPT):
         ways = connect_ends(task, limits, start=False)
         if not isinstance(ways, EndConnectors):
             return PlanOutcome(reason=ways)
-        direct = outcome_of(lambda: ways.around(search(ways.task, first), limits))
+        direct = outcome_of(lambda: flown(ways, search(ways.task, first)))
         if direct.refused is None and not direct.stands_in:
             return direct
     back = connect_ends(task, limits, start=True)
     if not isinstance(back, EndConnectors):
         return direct if direct.planned is not None else PlanOutcome(reason=direct.reason or back)
-    outcome = outcome_of(lambda: back.planned(search, limits))
+    outcome = outcome_of(lambda: back.planned(search, partial(flown, back)))
     if direct.planned is not None:
         return direct.or_quicker(outcome)
     return outcome if direct.reason is None or outcome.end is not End.REFUSED else direct

@@ -65,21 +65,27 @@ def shortest_plan(task: Task, timing: Timing) -> PlanOutcome:
     return shortest_of_starts(task, timing)
 
 
-def at_rest_everywhere(task: Task, timing: Timing) -> Timed | None:
+def at_rest_everywhere(task: Task, timing: Timing, again: bool = False) -> Timed | None:
     """Return the plan that rests at every waypoint, in place of a shortest one; None without one.
 
-    What moves at the start is brought to rest in the first leg before, and goes on from there.
+    What moves at the start is brought to rest in the first leg before, and goes on from there; ``again``: the shortest
+    time is searched on from the whole of that.
     """
+    asked = task
     if not timing.shortest or not (task.still or (task.moving == {0} and not task.closed)):
         return None
     ways, task = EndConnectors(task), replace(task, deadline=Deadline(), explains=False)
     if not task.still:
-        stop = Stopping(replace(task, finish=lambda curve: curve), timing.bounds).braking()
+        stopping = Stopping(replace(task, finish=lambda curve: curve), timing.bounds)
+        stop = stopping.braking() or (stopping.aside() if again else None)
         if stop is None or len(stop.durations) > 1:
             return None
         ways = EndConnectors(from_end(task, stop), stop)
     rest = if_possible(lambda: Strategy(ways.task, timing).resting)
-    whole = None if rest is None else ways.around(PlanOutcome(timed(rest)), timing.bounds).planned
+    if rest is None:
+        return None
+    between = PlanOutcome(timed(rest))
+    whole = (ways.as_one(between, asked, timing) if again else ways.around(between, timing.bounds)).planned
     # The stop was found without its heading, which may ask the rotors for more.
     beyond = pinned_use(task, timing.bounds) > 1.0
     return whole if whole is None or beyond or keeps(timing.bounds, whole.trajectory) else None

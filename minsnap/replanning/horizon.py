@@ -343,7 +343,7 @@ def search_ahead(
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:
-        timed = require_kept(shortest_from(task, timing, guess).plan(), task, timing)
+        timed = require_kept(shortest_from(task, timing, guess, again=False).plan(), task, timing)
     else:
         timed = plan_timed(task, timing)
     return Better(timed.trajectory, timed.limits_from)

@@ -8,7 +8,9 @@ from tasks import task_of
 
 import minsnap
 from minsnap import Limits
-from minsnap.durations.ways import end_on_limit, start_on_limit
+from minsnap.durations.connector import pinned_state
+from minsnap.durations.timing import Timing
+from minsnap.durations.ways import connect_start, end_on_limit, shortest_from, start_on_limit
 from minsnap.durations.within_limits import check_pinned_limits
 from minsnap.errors import InfeasibleError, LimitError
 
@@ -107,3 +109,65 @@ def test_a_state_pinned_on_the_way_is_at_a_limit_to_a_millionth(below, refused):
             check_pinned_limits(task, Limits(speed=2.0))
     else:
         check_pinned_limits(task, Limits(speed=2.0))
+
+
+GUSTS = [
+    ((3.9, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    ((2.34, 3.12, 0.0), (0.0, 0.0, 0.0)),
+    ((0.0, 3.9, 0.0), (0.0, 0.0, 0.0)),
+    ((0.5, 2.5, 0.5), (0.0, 9.5, 0.0)),
+]
+
+
+@pytest.mark.parametrize(("velocity", "acceleration"), GUSTS)
+def test_a_whole_is_shorter_than_the_way_and_the_rest_and_exceeds_no_more(velocity, acceleration):
+    limits = Limits(speed=3.0, acceleration=8.0)
+    task = task_of(POINTS, pins={0: {1: np.array(velocity), 2: np.array(acceleration), 3: np.zeros(3)}})
+    parts, whole = (shortest_from(task, Timing(limits=limits), again=again).plan() for again in (False, True))
+    assert whole.trajectory.duration < 0.995 * parts.trajectory.duration
+    assert whole.limits_from <= 1.02 * parts.limits_from
+    way = connect_start(pinned_state(task), (), limits)
+    first = whole.trajectory.durations[0]
+    assert first <= way.duration * (1.0 + 1e-6)
+    shares = np.linspace(0.0, 1.0, 301)
+    for order, most in ((1, 3.0), (2, 8.0)):
+        own, known = (
+            np.linalg.norm(curve(shares * end, order), axis=1)
+            for curve, end in ((whole.trajectory, first), (way, way.duration))
+        )
+        assert (own <= np.maximum(known, most) * 1.003).all(), order
+
+
+REFUSED_BETWEEN = {
+    "no limits kept from the end of the way": (
+        [(-3.24, 9.34, 5.56), (-2.67, 4.45, 3.72)],
+        {"speed": 4.579, "max_thrust": 1.8, "body_rate": 4.0},
+        {"velocity": (0.022, -3.962, -2.295), "acceleration": (-14.677, -0.12, 0.0)},
+        {"pieces": 3, "corridor": 0.85},
+    ),
+    "the same of one piece a leg": (
+        [(0.09, -0.99, 5.54), (-6.4, -0.34, 4.63), (-6.18, -3.5, 4.8), (1.62, -5.39, 4.96)],
+        {"speed": 2.887, "max_thrust": 1.8, "body_rate": 4.0},
+        {"velocity": (-1.803, 0.5, -0.426), "acceleration": (-8.907, 11.665, 0.0)},
+        {"pieces": 1, "corridor": 0.64},
+    ),
+    "a number of pieces that is searched": (
+        [(-0.37, 5.53, 5.51), (-1.18, 3.78, 4.35), (-8.41, 3.6, 5.57), (-10.55, -0.04, 5.19)],
+        {"speed": 4.497, "acceleration": 7.897, "jerk": 25.0, "snap": 400.0},
+        {"velocity": (-0.867, -2.472, -0.909), "acceleration": (-0.627, -3.358, 7.295)},
+        {"pieces": "auto", "corridor": 1.05},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", sorted(REFUSED_BETWEEN))
+def test_a_start_whose_rest_alone_has_no_plan_is_planned_as_a_whole(name):
+    points, bounds, start, options = REFUSED_BETWEEN[name]
+    limits = Limits(**bounds)
+    path = minsnap.plan(points, limits=limits, start=start, **options)
+    assert path.report.corridor_margin >= 0.0
+    assert 0.0 < path.report.limits_from < 0.1 * path.duration
+    kept = minsnap.certify(path, points, limits=limits, limits_from=path.report.limits_from)
+    assert kept.ok
+    for order, value in ((1, "velocity"), (2, "acceleration")):
+        assert path(0.0, order) == pytest.approx(np.array(start[value]), abs=1e-6)

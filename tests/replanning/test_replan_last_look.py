@@ -59,7 +59,7 @@ def with_another_start(task):
 def test_what_the_search_does_not_know_is_seen(flown, monkeypatch, change, sentence):
     assert not replanned(flown).kept
     solve = horizon.shortest_from
-    monkeypatch.setattr(horizon, "shortest_from", lambda task, *rest: solve(change(task), *rest))
+    monkeypatch.setattr(horizon, "shortest_from", lambda task, *rest, **how: solve(change(task), *rest, **how))
     kept = replanned(flown)
     assert kept.kept and kept.certified and f"refused at the last look: {sentence}" in kept.reason, kept.reason
 
@@ -67,7 +67,9 @@ def test_what_the_search_does_not_know_is_seen(flown, monkeypatch, change, sente
 def test_a_limit_that_the_search_does_not_know_is_seen(flown, monkeypatch):
     solve, loose = horizon.shortest_from, Limits(speed=9.0, acceleration=30.0)
     monkeypatch.setattr(
-        horizon, "shortest_from", lambda task, timing, *rest: solve(task, replace(timing, limits=loose), *rest)
+        horizon,
+        "shortest_from",
+        lambda task, timing, *rest, **how: solve(task, replace(timing, limits=loose), *rest, **how),
     )
     kept = replanned(flown)
     assert kept.kept and "last look: " in kept.reason and "is allowed" in kept.reason, kept.reason
