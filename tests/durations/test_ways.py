@@ -11,7 +11,7 @@ from minsnap import Limits
 from minsnap.durations.connector import pinned_state
 from minsnap.durations.timing import Timing
 from minsnap.durations.ways import connect_start, end_on_limit, shortest_from, start_on_limit
-from minsnap.durations.within_limits import check_pinned_limits
+from minsnap.durations.within_limits import at_rest_everywhere, check_pinned_limits
 from minsnap.errors import InfeasibleError, LimitError
 
 POINTS = np.array([(0, 0, 1), (3, 0.5, 1), (6, 0, 1.2), (9, 1, 1)], dtype=float)
@@ -171,3 +171,11 @@ def test_a_start_whose_rest_alone_has_no_plan_is_planned_as_a_whole(name):
     assert kept.ok
     for order, value in ((1, "velocity"), (2, "acceleration")):
         assert path(0.0, order) == pytest.approx(np.array(start[value]), abs=1e-6)
+
+
+def test_the_search_from_rest_at_every_waypoint_finds_the_flight_of_the_one_from_ways():
+    limits, fast = Limits(speed=3.0, acceleration=8.0), {1: 3.3 * FIRST, 2: np.zeros(3), 3: np.zeros(3)}
+    task, timing = task_of(POINTS, pins={0: fast}), Timing(limits=limits)
+    quick, best = at_rest_everywhere(task, timing, again=True), shortest_from(task, timing).plan()
+    assert quick.trajectory.duration == pytest.approx(best.trajectory.duration, rel=0.1)
+    assert minsnap.certify(quick.trajectory, POINTS, limits=limits, limits_from=quick.limits_from).ok
