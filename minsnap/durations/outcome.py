@@ -91,8 +91,8 @@ def outcome_of(attempt: Callable[[], Timed | PlanOutcome | MinsnapError]) -> Pla
 
 
 def if_possible(attempt: Callable[[], Value | None]) -> Value | None:
-    """Return what an attempt finds; None where a solve, a limit or the end of time is in its way."""
-    with suppress(InfeasibleError, SolverError, LimitError):
+    """Return what an attempt finds; None where a solve, a limit, a yaw or the end of time is in its way."""
+    with suppress(InfeasibleError, SolverError, LimitError, YawError):
         return attempt()
     return None
 

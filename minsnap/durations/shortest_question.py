@@ -119,7 +119,7 @@ def begun_from(question: ShortestQuestion, guess: Guess | None) -> ShortestQuest
     """Return a question that begins from a curve, whose legs are not divided again if they are divided already."""
     if guess is None:
         return question
-    return replace(question, guess=guess, parts=question.parts if guess.pieces == 1 and guess.least is None else ())
+    return replace(question, guess=guess, parts=question.parts if guess.pieces == 1 else ())
 
 
 def coasting(task: Task, times: FloatArray) -> SolvedTask:
@@ -318,16 +318,18 @@ def _rotors(vehicle: Quadrotor, reserve: float, heading: Heading | None, held: b
 
 def turning_of(limits: Limits, flown: Trajectory) -> HeldYaw | None:
     """Return the yaw along a curve as a search holds it; None where its limits do not depend on that."""
-    yaw = flown.yaw
-    if not isinstance(limits, VehicleLimits) or yaw.medium is not None:
+    yaw, rotors = flown.yaw, isinstance(limits, VehicleLimits)
+    if yaw.medium is not None or not (rotors or limits.yaw_rate is not None):
         return None
     if isinstance(yaw, RuledHeading):
         rule, numbers = yaw.asked
-        return HeldYaw(rule=rule, ruled=numbers)
+        return HeldYaw(rule=rule, ruled=numbers) if rotors else None
     knots = np.zeros(0) if yaw.polynomial is None else yaw.polynomial.breaks
     if yaw.constant is not None or (len(knots) == flown.legs + 1 and np.allclose(knots, flown.leg_breaks)):
         angles = yaw(flown.leg_breaks).round(QUESTION.angle_digits)
         return HeldYaw(angles=angles, rate=float(yaw(0.0, 1)))
+    if not rotors:
+        return None
     turns = max(len(knots) - 1, ceil(flown.duration / QUESTION.turn))
     return HeldYaw(_cubics(yaw, flown.duration, turns), clock=flown.duration)
 

@@ -5,10 +5,8 @@
    A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
    most used limit is just kept; where that does not help, the limits are tightened.  Within rotors fewer pieces come
    first, which are divided; where the yaw is known, every search from rest begins with a body that is easy to turn.
-   Along the velocity it begins from a curve that takes the least torque which any heading asks for.
-   Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
-   limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
-   legs.
+   Along the velocity it begins from a curve that takes the least torque which any heading asks for and turns as fast as
+   it likes: a rough one, and where the rate is limited from the shortest besides.
    Where it has no end, or a longer one, it leaves the shortest curve inside that it came by.
 2. Where drag is uneven and no curve with its mean is certified, the least cost in barely longer durations.
 3. The shortest curve inside all limits that any of these searches came by on its way, where its end is no plan.
@@ -48,7 +46,6 @@ from minsnap.durations.time_stretch import (
     grained,
     measuring_work,
     nearby_factor,
-    paced,
     powers_factor,
     touching_factor,
 )
@@ -57,7 +54,6 @@ from minsnap.durations.watched_search import WatchedSearch
 from minsnap.errors import LimitError, MinsnapError, SolverError, YawError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.limits.vehicle_use import lateral_alike
 from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion
@@ -69,6 +65,7 @@ from minsnap.refusals.given_times import explain
 from minsnap.refusals.sentences import UnlimitedError, exceeded_by_a_search, nothing_limits, yaw_too_fast
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.instants import LONGEST_PIECE
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
@@ -86,12 +83,9 @@ class StrategySettings:
     large_slack, unlimited_below_slack : float
         Room inside all limits, in widths, beyond which the search ended by none of them, and that factor there.
     rate_factor, time_factor : float
-        Factor on the limits of rates in a first search, and on the time of its curve, from which the search goes on.
+        Factor on the rate of a view in a first search, and on the time of its curve, from which the search goes on.
     limit_factor : float
         Factor on all limits for a curve that shows which one is in the way.
-    time_factors : tuple of float
-        Factors on the time of a curve that a search has left outside where it was ended, of which the first is flown
-        that keeps the limits.
     divided_time_factors : tuple of float
         Factor on the time of a plan whose legs are divided; where it has several pieces a leg, the second one.
     slower_parts : tuple of float
@@ -126,7 +120,6 @@ class StrategySettings:
     rate_factor: float = 2.0
     time_factor: float = 1.3
     limit_factor: float = 4.0
-    time_factors: tuple[float, ...] = (1.05, 1.1, 1.2, 1.4)
     divided_time_factors: tuple[float, float] = (1.4, 1.05)
     slower_parts: tuple[float, ...] = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
     searches: int = 3
@@ -235,17 +228,16 @@ class Strategy:
         """
         guess = None if first is None else guess_of(first, self.task)
         found = self._next(NOTHING, lambda nothing: self.solve(guess))
-        if found.solved is None and self.limits.yaw_rate is not None and not (self._turns or self.interrupted):
-            found = replace(found, reason=found.reason or self._spins())
+        if found.solved is None and self.limits.yaw_rate is not None and not self.interrupted:
+            found = replace(found, reason=self._spins() or found.reason)
         if found.solved is None and self._drags_unknown:
             found = self._next(found, self._in_longer_durations)
         if not found.hopeless:
-            found = found.then(self._spare(found))
+            found = found.then(if_possible(partial(self._spare, found)) or NOTHING)
         solved = found.solved
         slow = solved is None or solved.flown.duration > self.times.sum()
-        # Where the search had its time and ended by itself, rest at every waypoint is no better than what it found.
-        # After a refusal ``allocate`` still takes it.
-        rests = self.interrupted or (slow and not self.timing.shortest)
+        # Where the search for the shortest time has no plan, ``allocate`` tries others before rest at every waypoint.
+        rests = self.interrupted or (slow and (solved is not None or not self.timing.shortest))
         if rests and self.task.still and not found.hopeless:
             solved = shorter(solved, self.resting)
         if solved is not None:
@@ -268,42 +260,16 @@ class Strategy:
         return found.then(later)
 
     def solve(self, guess: Guess | None) -> Attempt:
-        """Search for the least time, with the rate of the yaw where it matters."""
+        """Search for the least time, from a curve or from where it is best begun."""
         question = self._question
         if guess is None and self._fewer_first:
             return self._divided(question)
         found = NOTHING
-        first = self._first_guess() if guess is None else None
-        if first is not None:
-            found = self._certified(begun_from(question, first), self.limits, self._slower_share)
-            # Where the yaw follows the velocity, a search from rest may find a shorter flight than this one has led to.
-            if self.interrupted or (found.solved is not None and not self._follows) or found.hopeless:
+        for first in self._first_guesses() if guess is None else ():
+            found = found.then(self._certified(begun_from(question, first)))
+            if self.interrupted or found.hopeless:
                 return found
-        return found.then(self._search(begun_from(question, guess)))
-
-    def _search(self, question: ShortestQuestion) -> Attempt:
-        return self._with_rate(question) if self._turns else self._at_once(question)
-
-    def _at_once(self, question: ShortestQuestion) -> Attempt:
-        """Search within all limits."""
-        return self._certified(question, self.limits, self._slower_share)
-
-    def _with_rate(self, question: ShortestQuestion) -> Attempt:
-        """Search without the limit on the rate of a yaw that turns, then with it from that curve on."""
-        free = replace(self.limits, yaw_rate=None)
-        straight = self._certified(with_rates(question, free, self._heading), free, self._slower_share)
-        solved, curve = straight.solved, straight.curve
-        if solved is None and curve is not None and curve.kept and not (self.interrupted or self._follows):
-            # The rotors may have had too little room only since the yaw turned too fast: then a slower yaw helps, and
-            # the curve is one to begin from although it could not be certified.
-            uncertified = solved_at(self.task, curve)
-            if uncertified.inside and largest_yaw_rate(uncertified.flown)[0] > float(self.limits.yaw_rate or 0.0):
-                return self._turning(uncertified, curve, question)
-        if solved is None or keeps(self.limits, solved.flown):
-            return straight
-        if self.interrupted:
-            return replace(straight, solved=self._touching(solved) if self.task.still else None)
-        return self._turning(solved, curve, question)
+        return found if found.solved is not None else found.then(self._certified(begun_from(question, guess)))
 
     def _divided(self, question: ShortestQuestion) -> Attempt:
         """Search with fewer pieces, then from that curve with more, and take the shorter flight of the two."""
@@ -319,7 +285,7 @@ class Strategy:
         if solved is not None and guess is not None:  # several pieces are divided, then cut anew
             parts = (*question.parts[1:], 1) if self.eases else question.parts
             question = replace(question, guess=guess, parts=parts)
-        return found.then(self._certified(question, self.limits, self._slower_share))
+        return found.then(self._certified(question))
 
     @property
     def _fewer_first(self) -> bool:
@@ -336,12 +302,6 @@ class Strategy:
         """Whether a search from rest begins with a body that is easy to turn."""
         return self._yawed and self.task.still
 
-    @property
-    def _slower_share(self) -> float:
-        """Share by which a plan may be slower than the curve of its search."""
-        turns = self._yawed and self._begun.yaw.constant is None
-        return np.inf if turns and not self.veers else SETTINGS.slower_share
-
     def cheapest_in_durations(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
         task, curve = self.task, first.trajectory
@@ -351,7 +311,7 @@ class Strategy:
         question = begun_from(self._question, replace(guess, durations=durations))
         price = significant(worth_of_time(curve))
         held = replace(question, parts=(), price=price, timed=True, moving=True)
-        return self._certified(held, self.limits, SETTINGS.slower_share).solved
+        return self._certified(held).solved
 
     def cheapest(
         self, first: SolvedTask, price: float = 0.0, total: float = 0.0, slower: float = 1.0
@@ -370,8 +330,8 @@ class Strategy:
         guess = guess_of(first.trajectory, replace(self.task, pieces=first.trajectory.pieces), slower)
         question = replace(begun_from(self._question, guess), price=price, total=total, moving=True)
         with self.watched.interruptible():
-            unheaded = self._unheaded(question) if self.veers else None
-            return (self._at_once if total > 0.0 else self._search)(begun_from(question, unheaded)).solved
+            unheaded = self._unheaded(question, rough=False) if self.veers and price > 0.0 else None
+            return self._certified(begun_from(question, unheaded)).solved
         return None
 
     def of_total(self, total: float) -> SolvedTask | None:
@@ -443,19 +403,8 @@ class Strategy:
 
     @property
     def veers(self) -> bool:
-        """Whether rotors are limited under a yaw along the velocity."""
-        return self._yawed and isinstance(self._begun.yaw, VelocityHeading)
-
-    @property
-    def _turns(self) -> bool:
-        """Whether a yaw turns that has a limit on its rate, kept only from a curve on that keeps all others."""
-        limited = self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
-        return limited and self._question.turning is None
-
-    @property
-    def _follows(self) -> bool:
-        """Whether that yaw follows the velocity."""
-        return self._turns and self._heading is not None and self._heading.polynomial is None
+        """Whether limits depend on a yaw along the velocity."""
+        return isinstance(self._heading, VelocityHeading)
 
     @cached_property
     def _question(self) -> ShortestQuestion:
@@ -464,23 +413,45 @@ class Strategy:
         flown = max(self._begun, self.rest.flown, key=lambda curve: curve.duration)  # a yaw may be a function of time
         return question_of(self.task, self.limits, self.timing.refine, flown)
 
-    def _first_guess(self) -> Guess | None:
-        """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
-        if self.eases and not self.veers:
-            return None
-        softer = self._unheaded(self._question) if self.veers else self._softer()
-        if softer is not None or self._turns or self.task.still:
-            return softer
-        coast = coasting(self.task, self.times)
-        return Guess(1, coast.durations, coast.trajectory.states(coast.trajectory.breaks, self.task.half))
+    def _first_guesses(self) -> Iterator[Guess]:
+        """Yield curves to begin from where rest at every waypoint is a poor one.
 
-    def _unheaded(self, question: ShortestQuestion) -> Guess | None:
+        Where the rate along the velocity is limited, a rough curve and a whole one lead to other ways round.
+        """
+        if self.veers:
+            roughly = (True,) if self.limits.yaw_rate is None else (True, False)
+            yield from filter(None, (self._unheaded(self._question, rough) for rough in roughly))
+            return
+        softer = self._softer()
+        if softer is not None:
+            yield softer
+        elif not self.task.still:
+            coast = coasting(self.task, self.times)
+            yield Guess(1, coast.durations, coast.trajectory.states(coast.trajectory.breaks, self.task.half))
+
+    def _unheaded(self, question: ShortestQuestion, rough: bool) -> Guess | None:
         """Search with the least torque that any heading asks for: from rest the way to one along the velocity is hard.
 
-        At every waypoint a heading along straight legs turns while it is held.
+        At every waypoint a heading along straight legs turns while it is held.  None where that has no end of its own.
+
+        Parameters
+        ----------
+        question : ShortestQuestion
+        rough : bool
+            Whether a rough curve will do, with one piece a leg.
         """
         free = replace(self.limits, yaw_rate=None)
-        return self._guess_by(with_rates(question, free, self._heading, turning=None))
+        roughly: dict[str, Any] = {"parts": (), "rough": True} if rough else {}
+        return self._guess_by(with_rates(question, free, self._heading, turning=None, **roughly))
+
+    def _softer(self) -> Guess | None:
+        """Search with a higher rate of a view first: from rest the way around its point is hard to find."""
+        rate = self.limits.yaw_rate
+        if rate is None or not isinstance(self._heading, LookAtHeading) or self.eases:
+            return None
+        softer = replace(self.limits, yaw_rate=SETTINGS.rate_factor * rate)
+        question = with_rates(self._question, softer, self._heading, parts=(), rough=True)
+        return self._guess_by(question, SETTINGS.time_factor)
 
     def _guess_by(self, question: ShortestQuestion, slower: float = 1.0) -> Guess | None:
         """Return the curve of a search to begin another one from; None where it has no end of its own."""
@@ -489,39 +460,11 @@ class Strategy:
             return None
         return Guess(len(curve.durations) // self.task.legs, curve.durations, curve.knots, slower)
 
-    def _softer(self) -> Guess | None:
-        """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find.
-
-        The rate of a velocity's direction is left out: its limit at low speeds holds a search from rest far away.
-        Where a thrust is kept at fixed waypoints, the search from rest finds the same curve in two thirds of the time.
-        """
-        limits, heading = self.limits, self._heading
-        kept = limits.min_thrust is not None and not isinstance(limits, VehicleLimits)
-        away = kept and not self.task.free[:: self.task.pieces, 0].any()
-        names = ["body_rate"] if limits.body_rate is not None and not away else []
-        soft = limits.yaw_rate is not None and heading is not None and heading.limited_softly
-        names += ["yaw_rate"] if soft else []
-        if not names and not self._follows:
-            return None
-        softer: dict[str, Any] = {name: SETTINGS.rate_factor * getattr(limits, name) for name in names}
-        softer |= {"yaw_rate": None} if self._follows else {}
-        question = with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True)
-        return self._guess_by(question, 1.0 if self._follows else SETTINGS.time_factor)
-
-    def _certified(self, question: ShortestQuestion, limits: Limits, slower_share: float) -> Attempt:
-        """Return a certified plan; none where the search has no curve, or none that can be certified nearby.
-
-        Parameters
-        ----------
-        question : ShortestQuestion
-        limits : Limits
-            Those that the question knows.
-        slower_share : float
-            Share by which the plan may be slower than the curve of the search.
-        """
+    def _certified(self, question: ShortestQuestion) -> Attempt:
+        """Return a certified plan; none where the search has no curve, or none that can be certified nearby."""
         self.watched.log.forget()
         found, inside = NOTHING, None
-        mends = self.veers and self.task.still and not question.held
+        mends = self.task.still and not question.held
         # Each round repairs what the last one missed: a curve outside a wall moves the walls inwards, an excess between
         # the instants of the search tightens the limits, and what kept all ends the loop.
         with self.watched.interruptible():
@@ -529,7 +472,7 @@ class Strategy:
                 curve = self._searched(question)
                 if not isinstance(curve, ShortestCurve):
                     return replace(found, reason=curve)
-                if limits is self.limits and not question.costs:
+                if not question.costs:
                     self.watched.spared(curve.inside)
                 found = found if inside else Attempt(curve=curve)
                 if not curve.kept or not curve.durations.max() <= LONGEST_PIECE:
@@ -541,7 +484,7 @@ class Strategy:
                     continue
                 inside = solved
                 found = replace(found, curve=curve)
-                ended = or_reason(partial(self._within, solved, curve, question, limits, slower_share))
+                ended = or_reason(partial(self._within, solved, curve, question))
                 if not isinstance(ended, tuple):
                     return replace(found, reason=ended)
                 kept, excess = ended
@@ -595,7 +538,7 @@ class Strategy:
         return Attempt(solved, stands_in=far)
 
     def _within(
-        self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, slower_share: float
+        self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion
     ) -> tuple[SolvedTask | None, float]:
         """Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
 
@@ -607,7 +550,7 @@ class Strategy:
         """
         # Slowing a path scales its p-th derivative by a power of the factor, so one factor brings the most used limit
         # to 1. From a start in motion it would change the start: there the curve is kept as it is, or given up.
-        curve, at = solved.flown, cache(solved.slowed)
+        limits, curve, at = self.limits, solved.flown, cache(solved.slowed)
         if question.moving:
             self.deadline.spend(measuring_work(limits, len(curve.durations)))
             use = largest_use(limits, curve, proved=False)
@@ -617,30 +560,20 @@ class Strategy:
                 if kept is not None:
                     return kept, 0.0
                 use = largest_use(limits, curve)
-                if not answer.stopped:
-                    return None, use - 1.0
-            excess = use - 1.0
-            if question.held or not self.task.still or (slower_share == SETTINGS.slower_share and not answer.stopped):
-                return None, excess
+            return None, use - 1.0
         factor = powers_factor(limits, curve) or nearby_factor(
             limits, lambda factor: at(factor).flown, deadline=self.deadline
         )
-        if factor is None and question.moving:
-            if slower_share == SETTINGS.slower_share:
-                return next((one for one in map(at, SETTINGS.time_factors) if keeps(limits, one.flown)), None), excess
-            if answer.stopped and self._rests_sooner(limits, curve):
-                return None, excess
         factor = grained(factor or touching_factor(limits, curve, deadline=self.deadline))
+        turns = limits.yaw_rate is not None and question.limits
         inside = answer.slack > SETTINGS.large_slack + question.tightened
         least = SETTINGS.unlimited_below_slack if inside else SETTINGS.unlimited_below
         if question.costs or self.walled:
             factor = max(factor, 1.0)
-        elif factor < least and not (answer.stopped or limited(solved.task, limits)):
+        elif factor < least and not (answer.stopped or turns or limited(solved.task, limits)):
             raise nothing_limits(list(limits.given()))
-        slower = at(factor) if factor <= 1.0 + slower_share or answer.stopped else None
-        # A yaw that is a curve in time turns as fast on a slower path: the torque for it may still be too much.
-        unknown = slower_share == np.inf and isinstance(limits, VehicleLimits)
-        return None if slower and unknown and not keeps(limits, slower.flown) else slower, factor - 1.0
+        near = factor <= 1.0 + SETTINGS.slower_share or answer.stopped
+        return at(factor) if near else None, factor - 1.0
 
     def _hastened(self, at: Callable[[float], SolvedTask], limits: Limits) -> Iterator[SolvedTask]:
         """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains.
@@ -652,60 +585,13 @@ class Strategy:
                 factor = nearby_factor(limits, lambda factor: at(factor).flown, proved, met, self.deadline)
                 yield at(min(factor or 1.0, 1.0))
 
-    def _rests_sooner(self, limits: Limits, curve: Trajectory) -> bool:
-        """Whether a curve still uses too much of the rotors where it flies as long as the plan with rest everywhere."""
-        if not isinstance(limits, VehicleLimits) or self.resting is None:
-            return False
-        self.deadline.spend(measuring_work(limits, len(curve.durations)))
-        slower = curve.stretched(max(1.0, self.resting.flown.duration / curve.duration))
-        return largest_use(limits, slower, proved=False) > 1.0 + KEPT
-
     def _slowed(self, solved: SolvedTask, guess: float | None = None) -> SolvedTask | None:
         """Fly the same path at the speed at which the most used limit is just kept, if all are kept then."""
-        slower = self._touching(solved, guess)
-        return slower if slower is not None and keeps(self.limits, slower.flown) else None
-
-    def _touching(self, solved: SolvedTask, guess: float | None = None) -> SolvedTask | None:
-        """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
         factor = if_possible(partial(touching_factor, self.limits, solved.flown, guess, deadline=self.deadline))
         if factor is None:
             return None
-        return solved.slowed(grained(max(factor, 1.0) if self.walled else factor))
-
-    def _turning(self, solved: SolvedTask, curve: ShortestCurve | None, asked: ShortestQuestion) -> Attempt:
-        """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.
-
-        Parameters
-        ----------
-        solved : SolvedTask
-        curve : ShortestCurve or None
-            That of the search for it.
-        asked : ShortestQuestion
-            What is searched for.
-        """
-        limit, enough = self.limits.yaw_rate, np.inf
-        assert limit is not None
-        if self._follows:
-            guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
-            assert guess is not None
-            guesses = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.time_factor)]
-        else:
-            guess = self._paced(solved, limit)
-            if guess is None or guess.least is None:
-                turns = (used for used in self.limits.utilisation(solved.flown) if used.name == "yaw_rate")
-                return Attempt(curve=curve, reason=yaw_too_fast(next(turns)))
-            guesses = [guess, replace(guess, durations=guess.least / guess.slower)]
-            enough = SETTINGS.slow_by_turns * float(guess.least.sum())  # its turns alone take so long
-        found = NOTHING
-        for guess in guesses:
-            question = replace(begun_from(asked, guess), parts=())
-            last = self._certified(question, self.limits, SETTINGS.slower_share)
-            found = found.then(last)
-            near_least = found.solved is not None and found.solved.flown.duration <= enough
-            kept = last.curve is not None and last.curve.kept
-            if self.interrupted or found.hopeless or (near_least and kept):
-                break
-        return found if found.solved is not None else replace(found, curve=curve)
+        slower = solved.slowed(grained(max(factor, 1.0) if self.walled else factor))
+        return slower if keeps(self.limits, slower.flown) else None
 
     def _searched(self, question: ShortestQuestion) -> ShortestCurve | UnlimitedError | None:
         work = WORK.iteration
@@ -745,16 +631,6 @@ class Strategy:
         divided = solved_at(self.task, ShortestCurve(durations, points, first.optimum.rounds, True, True))
         slower = (divided.slowed(1.0 + share) for share in SETTINGS.slower_parts)
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
-
-    def _paced(self, solved: SolvedTask, limit: float) -> Guess | None:
-        """Return a curve to begin from in durations at which the rate of its yaw keeps a limit, or None."""
-        guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
-        least = paced(solved.flown, self.task.finish, limit)
-        if guess is None or least is None:
-            return None
-        if not self.task.still:  # what moves cannot be flown more slowly until the rate between samples is kept too
-            least *= 1.0 + 2.0 * STRETCH.pace_excess
-        return replace(guess, slower=float((least / guess.durations).max()), least=least)
 
     def find_reason(self, curve: ShortestCurve | None) -> MinsnapError:
         """Search within looser limits for why there is no plan: the corridor alone, or which limit is exceeded."""

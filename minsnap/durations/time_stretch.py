@@ -1,4 +1,4 @@
-"""Factors on time: at which the most used limit is just reached, walls on derivatives are kept, the yaw is slow enough.
+"""Factors on time: at which the most used limit is just reached, and walls on derivatives are kept.
 
 A derivative of order p is divided by the p-th power of a factor on time.  Walls around zero, such as a greatest
 velocity, are kept by all factors from one on; others, such as a least velocity, may be kept by none.
@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import NEVER, WORK, Deadline
 from minsnap.basics.limit_kinds import KIND
 from minsnap.basics.tolerances import ROUNDING
@@ -30,7 +29,7 @@ from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from minsnap.optimisation.task import AttachHeading, Task
+    from minsnap.optimisation.task import Task
 
 
 @dataclass(frozen=True)
@@ -58,11 +57,6 @@ class StretchSettings:
         Use at samples beyond which it need not be proved that a curve exceeds its limits.
     jump_depth : float
         How far below 1 the logarithm of a use falls at a factor where it jumps, as where a yaw turns around.
-    pacings, pace_instants, pace_excess : int, int, float
-        How often legs on which the yaw turns too fast are slowed, at how many instants of a piece that is looked at,
-        and the relative excess that is left.
-    turn_shares : tuple of float
-        Times of legs in that of their turn at the limit, from which all are made longer until it is kept.
     """
 
     precision: float = 1e-13
@@ -80,10 +74,6 @@ class StretchSettings:
     doublings: int = 20
     surely_exceeded: float = 1.05
     jump_depth: float = 0.01
-    pacings: int = 40
-    pace_instants: int = 33
-    pace_excess: float = 1e-3
-    turn_shares: tuple[float, ...] = (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 
 
 STRETCH = StretchSettings()
@@ -279,56 +269,6 @@ def _most_used_safely(limits: Limits, trajectory: Trajectory, whole: bool, prove
         least = trajectory.extent((0.0, 0.0, 1.0), 2)[0] / limits.gravity + 1.0
         fractions.append(limits.min_thrust / least if least > 0.0 else STRETCH.largest_measured_use)
     return min(max(fractions), STRETCH.largest_measured_use)
-
-
-def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray | None:
-    """Return durations of the pieces, none shorter than those of a curve, at which the rate of the yaw is limited.
-
-    They are the shortest of two kinds: legs on which the yaw is too fast are slowed until none is, which suits a yaw
-    that follows from the path; or each leg lasts as long as its turn takes at a part of the limit, and all longer until
-    it is kept, which suits a yaw through angles, that swings far on a long leg beside a short one.
-
-    Parameters
-    ----------
-    curve : Trajectory
-    finish : callable
-        Gives a curve its yaw.
-    limit : float
-        [rad/s].
-
-    Returns
-    -------
-    ndarray, shape (pieces in all,), or None
-        [s]; None where no pace helps, as with a yaw that is a function of time.
-    """
-
-    def excess(durations: FloatArray) -> FloatArray:
-        """Return by how much longer each leg would have to last for the limit alone."""
-        slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
-        t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, STRETCH.pace_instants) * slower.durations[:, None]
-        rate = np.abs(slower.yaw(t, 1)).max(axis=1)
-        return np.asarray(rate.reshape(curve.legs, -1).max(axis=1) / limit)
-
-    def on_pieces(factors: FloatArray) -> FloatArray:
-        return np.repeat(np.maximum(factors, 1.0), curve.pieces)
-
-    kept = 1.0 + STRETCH.pace_excess
-    whole = curve.durations * max(excess(curve.durations).max(), 1.0)
-    if excess(whole).max() > kept:
-        return None
-    slowed = curve.durations.copy()
-    for _ in range(STRETCH.pacings):
-        used = excess(slowed)
-        if used.max() <= kept or slowed.sum() > whole.sum():
-            break
-        slowed *= on_pieces(np.sqrt(used))
-    knots = curve.breaks[:: curve.pieces]
-    turns = np.abs(np.diff(curve.yaw(knots))) / limit / np.diff(knots)
-    tried = [whole, slowed]
-    for share in STRETCH.turn_shares:
-        durations = curve.durations * on_pieces(share * turns)
-        tried.append(durations * max(excess(durations).max(), 1.0))
-    return np.asarray(next(one for one in sorted(tried, key=np.sum) if excess(one).max() <= kept))
 
 
 def on_derivatives(walls: Sequence[Walls]) -> list[Walls]:

@@ -236,7 +236,8 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None, a
         if not isinstance(ways, EndConnectors):
             return PlanOutcome(reason=ways)
         direct = outcome_of(lambda: flown(ways, search(ways.task, first)))
-        if direct.refused is None and not direct.stands_in:
+        bounded = limits.use_of_state(task.pins.get(0, {}), task.dim)  # by limits that a state may be outside of
+        if not bounded or (direct.refused is None and not direct.stands_in):
             return direct
     back = connect_ends(task, limits, start=True)
     if not isinstance(back, EndConnectors):

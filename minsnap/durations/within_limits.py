@@ -9,7 +9,6 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.deadline import Deadline, LateError
-from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.connector import pinned_use
 from minsnap.durations.initial_guess import priced_first_guess, worth_of_time
 from minsnap.durations.least_cost import cheapest_durations, distance_split
@@ -25,7 +24,6 @@ from minsnap.durations.ways import EndConnectors, end_on_limit, from_end, shorte
 from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
-from minsnap.limits.measures import MEASURES
 from minsnap.native.library import core
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
@@ -58,7 +56,7 @@ SLOWER = (1.0, 2.0, 4.0)
 def shortest_plan(task: Task, timing: Timing) -> PlanOutcome:
     """Find the shortest plan within limits, whose walls the task does not have."""
     limits = timing.bounds
-    if timing.split != "optimal" or not _searchable(task, limits):
+    if timing.split != "optimal":
         return scaled_plan(task, timing)
     if 0 in task.moving or end_on_limit(task, limits):
         return shortest_from(task, timing)
@@ -89,11 +87,6 @@ def at_rest_everywhere(task: Task, timing: Timing, again: bool = False) -> Timed
     # The stop was found without its heading, which may ask the rotors for more.
     beyond = pinned_use(task, timing.bounds) > 1.0
     return whole if whole is None or beyond or keeps(timing.bounds, whole.trajectory) else None
-
-
-def _searchable(task: Task, limits: Limits) -> bool:
-    """Whether there is anything to search within but a yaw's rate, which alone begins no search."""
-    return any(KIND[name].measure in MEASURES for name in limits.given()) or any(wall.order for wall in task.walls)
 
 
 def plans_for(
@@ -141,8 +134,6 @@ def limited_plan(task: Task, timing: Timing) -> PlanOutcome:
     if free is not None and free.interrupted and price is not None:
         slower = limits_kept(free, task, timing, True)
         return slower if slower.planned is not None else PlanOutcome(reason=LateError(INTERRUPTED))
-    if free is not None and not _searchable(task, limits):
-        return limits_kept(free, task, timing, price is not None)
     search = Strategy(task, timing)
     search.watched.log.steps = [] if free is None else list(free.steps)
     found = _at_total(search, free) if price is None else _at_price(search, price, free)
@@ -182,7 +173,9 @@ def _at_price(search: Strategy, price: float, free: Timed | None) -> PlanOutcome
         slower = max(1.0, min(largest_use(search.limits, plan.flown), 10.0)) if search.task.still else 1.0
         return search.cheapest(plan, price=price, slower=significant(slower))
 
-    solved = search.cheapest(search.rest, price=price) if free is None else searched_from(free.solved)
+    solved = None if free is None else searched_from(free.solved)
+    if solved is None and not search.interrupted:
+        solved = search.cheapest(search.rest, price=price)
     if solved is None:
         ended = search.watched.ended
         if ended is not None:
@@ -198,14 +191,13 @@ def _at_price(search: Strategy, price: float, free: Timed | None) -> PlanOutcome
 def _at_total(search: Strategy, free: Timed | None) -> PlanOutcome:
     """Search for a total from the plan of about its price, and the one without limits near them; take the cheaper.
 
-    Where neither has one, search from the shortest plan; where that has none, lengthen it. A yaw along the velocity
-    takes many searches, whose work the shortest plan is worth more.
+    Where neither has one, search from the shortest plan; where that has none, lengthen it.
     """
     task, timing, total = search.task, search.timing, search.timing.total
     early, found = free is not None and free.interrupted, list[SolvedTask | None]()
     if not early:
         near = None if free is None or not _is_near(search, free) else search.cheapest(free.solved, total=total)
-        found = [near, None if search.veers else search.of_total(total)]
+        found = [near, search.of_total(total)]
     if not any(found):
         shortest = search.run()
         if shortest.planned is None:

@@ -97,15 +97,12 @@ class Guess:
         Derivatives [m/s^order].
     slower : float
         Factor on time at which it is begun from.
-    least : ndarray, shape (pieces in all,), or None
-        Durations that none goes below [s].
     """
 
     pieces: int
     durations: FloatArray
     knots: FloatArray
     slower: float = 1.0
-    least: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -381,7 +378,7 @@ def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
         request.put(rule=turning.rule, ruled=np.array(turning.ruled))
     if guess is not None:
         request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))
-        request.put(guess_durations=guess.durations, least=guess.least, planned=question.planned)
+        request.put(guess_durations=guess.durations, planned=question.planned)
     return request
 
 

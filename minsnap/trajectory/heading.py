@@ -38,12 +38,6 @@ class Heading:
     medium: Medium | None = None
     """Gravity and drag from which the yaw follows, where the body never spins about its thrust axis."""
 
-    limited_last: bool = False
-    """Whether a search for times keeps a limit on its rate only from a curve on that keeps all others."""
-
-    limited_softly: bool = False
-    """Whether such a search begins with a higher limit: from rest at every waypoint its rate is hard to keep."""
-
     @property
     def breaks(self) -> FloatArray:
         """Instants besides the knots of its path at which its second derivative may jump, as far as it knows [s]."""
@@ -305,7 +299,7 @@ class TurnedHeading(Heading):
 
     def __init__(self, heading: Heading, turns: int) -> None:
         self.heading, self.turns = heading, turns
-        for name in "medium limited_last limited_softly axes forward largest_rate rate_limits rule".split():
+        for name in "medium axes forward largest_rate rate_limits rule".split():
             setattr(self, name, getattr(heading, name))  # what whole turns do not change; files say none of a rule
 
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:

@@ -101,7 +101,7 @@ class LookAtHeading(RuledHeading):
         If the path has one coordinate, or passes nearer than a millimetre to the point.
     """
 
-    what, limited_softly = "a yaw towards a point", True
+    what = "a yaw towards a point"
 
     def __init__(self, path: Path, target: LookAt, near: float = 0.0) -> None:
         if path.dim < 2:

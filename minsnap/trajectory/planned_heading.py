@@ -72,7 +72,6 @@ class PlannedHeading(Heading):
     """
 
     polynomial: Trajectory
-    limited_last = True
 
     @classmethod
     def through(cls, angles: FloatArray, durations: FloatArray, closed: bool, rate: float = 0.0) -> PlannedHeading:

@@ -310,7 +310,7 @@ class VelocityHeading(RuledHeading):
         If the path has fewer than two coordinates or never moves horizontally, or a parameter is not positive.
     """
 
-    what, highest, limited_last = "a yaw along the velocity", 2, True
+    what, highest = "a yaw along the velocity", 2
 
     def __init__(
         self,

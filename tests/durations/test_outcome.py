@@ -119,7 +119,6 @@ def test_errors_become_values_in_a_few_places_alone():
         ("timing", "attempted"),
         ("strategy", "_next"),
         ("least_cost", "run"),  # whose evaluations the end of time leaves
-        ("time_scaling", "run"),
     }
 
 

@@ -110,7 +110,7 @@ def test_headings_to_and_fro_are_followed_by_a_slower_plan(flown):
 def test_headings_that_no_plan_found_can_follow_leave_the_flown_ones(flown, monkeypatch):
     search = watched_search.search_shortest
     monkeypatch.setattr(
-        watched_search, "search_shortest", lambda *asked: dataclasses.replace(search(*asked), kept=False)
+        watched_search, "search_shortest", lambda *asked: dataclasses.replace(search(*asked), kept=False, inside=None)
     )
     change = Replanner(LIMITS, 0.5, clock=still).replan(flown, 0.2, POINTS[1:], 0.1, yaw=[3.0, 0.0, 3.0, 0.0], **AMPLE)
     assert change.kept and change.certified and change.reason

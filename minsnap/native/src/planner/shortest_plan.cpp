@@ -21,15 +21,14 @@ namespace {
 
 struct PlanSettings {
     static constexpr std::int64_t divided[2] = {3, 2},
-                                  alone[2] = {3, 3};     // into how many parts legs are divided, time after time; a single leg
-    static constexpr double worthwhile = 0.08;           // relative gain by which several legs are divided once more
-    static constexpr double short_leg = 0.3;             // share of the mean length that a leg has at least for a first guess
-    static constexpr double inwards = 2e-4;              // share of their widths by which walls are moved inwards
-    static constexpr double room = 1e-4;                 // share by which limits are tightened that slower flight does not mend
-    static constexpr double directed = 0.1;              // share of the weight below which thrust has no direction
-    static constexpr double softer = 2.0, slower = 1.3;  // factor on the body rate of a first search, and on the time of its curve
-    static constexpr double proof_margin = 1e-4;         // share of limits with drag that is left to their proof
-    static constexpr double rotor_margin = 1e-4;         // share of hover that is left to the proof of rotors
+                                  alone[2] = {3, 3};  // into how many parts legs are divided, time after time; a single leg
+    static constexpr double worthwhile = 0.08;        // relative gain by which several legs are divided once more
+    static constexpr double short_leg = 0.3;          // share of the mean length that a leg has at least for a first guess
+    static constexpr double inwards = 2e-4;           // share of their widths by which walls are moved inwards
+    static constexpr double room = 1e-4;              // share by which limits are tightened that slower flight does not mend
+    static constexpr double directed = 0.1;           // share of the weight below which thrust has no direction
+    static constexpr double proof_margin = 1e-4;      // share of limits with drag that is left to their proof
+    static constexpr double rotor_margin = 1e-4;      // share of hover that is left to the proof of rotors
     static constexpr double slower_whole = 1.4, slower_divided = 1.05;  // factor on the time of a plan whose legs are divided
     static constexpr double hastened = 0.9;                             // least factor on time at which limits of rotors are touched
     static constexpr int rotor_halvings = 20;
@@ -47,7 +46,6 @@ struct PlanSettings {
     static constexpr double vanishing = 1e-6;                    // share of the longest total below which nothing limits the time
     static constexpr double idle = 0.8;                          // factor on time below which nothing limits it; and where
     static constexpr double far = 0.05, nearly = 0.98;           // a search ended so far inside all limits
-    static constexpr double slowings[] = {1.05, 1.1, 1.2, 1.4};  // of a curve that is left where a search was ended
     static constexpr double near_least = 1.05;                   // time of a second start over the least that is proved
     static constexpr double close = 0.2, straight = 0.9;         // legs are close together below that share of the way to stop; its cosine
     static constexpr double on_limit = 0.999;                    // use of a state that leaves no room
@@ -429,7 +427,7 @@ ShortestPlan::Question ShortestPlan::question_from(const Guess *guess) const {
 void ShortestPlan::solve(const Guess *given, Attempt &found) {
     if (given == nullptr && fewer_first()) return divided(found);
     Guess guess;
-    if (given == nullptr && (softer(guess) || (!course_.still && !end_.ended && coasting(guess)))) {
+    if (given == nullptr && !course_.still && coasting(guess)) {
         certified(question_from(&guess), found);
         if (end_.ended || found.solved.legs > 0 || found.unlimited) return;
     }
@@ -474,22 +472,6 @@ void ShortestPlan::divided(Attempt &found) {
     Attempt finer;
     certified(question, finer);
     found.then(finer);
-}
-
-// Search with a higher body rate first: from rest the way around free fall is hard to find. Where a thrust is kept at fixed waypoints, it is not.
-bool ShortestPlan::softer(Guess &guess) {
-    const Bounds &bounds = course_.bounds;
-    if (!(bounds.body_rate < infinite) || (bounds.vehicle != nullptr && course_.still)) return false;
-    if (bounds.least_thrust > 0.0 && bounds.vehicle == nullptr && course_.regions.count() == 0) return false;
-    Question question = question_;
-    question.body_rate *= P::softer, question.rough = true;
-    if (search(question, scaled_) != Status::done || stopped_) return false;
-    const std::int64_t all = scaled_.all(), state = std::int64_t(course_.half) * course_.dim;
-    if (!guess_durations_.allocate(std::size_t(all)) || !guess_knots_.allocate(std::size_t((all + 1) * state))) return false;
-    std::copy(scaled_.durations.data(), scaled_.durations.data() + all, guess_durations_.data());
-    std::copy(knots_.data(), knots_.data() + (all + 1) * state, guess_knots_.data());
-    guess = {1, guess_durations_.data(), guess_knots_.data(), P::slower};
-    return true;
 }
 
 // The curve of least cost through all waypoints that goes on as a moving start does: from rest a search finds a loop back to a waypoint close ahead.
@@ -569,7 +551,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     ShortestRequest asked = {};
     asked.half = course_.half, asked.dim = course_.dim, asked.legs = legs, asked.closed = course_.closed;
     asked.groups = sets_.count(), asked.limits = limits, asked.divisions = question.divisions;
-    asked.moving = moving_, asked.rough = question.rough, asked.parts = question.parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
+    asked.moving = moving_, asked.parts = question.parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
     asked.inwards = question.inwards, asked.tightened = question.tightened, asked.pinned = pinned_.data();
     asked.free = free_.data(), asked.turned = slanted_ ? turned_.data() : nullptr;
     asked.lengths = lengths_.data(), asked.norms = norms, asked.slower = 1.0, asked.cones = sets_.data(), asked.momentary = momentary;
@@ -628,14 +610,9 @@ bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &
             return true;
         }
         excess = std::max(used - 1.0, beyond);
-        if (!course_.still || !stopped_) return false;
-    }
-    double factor = moving_ && bounds.lifts() && bounds.vehicle == nullptr ? nearby(curve) : touching(curve);
-    if (moving_ && !(factor < infinite)) {
-        for (const double slower : P::slowings)
-            if (keeps(curve, slower)) return curve.slow(slower), true;
         return false;
     }
+    double factor = touching(curve);
     if (!(factor < infinite)) return excess = infinite, false;
     factor = grained(factor);
     excess = factor - 1.0;

@@ -54,7 +54,6 @@ private:
     struct Question {
         const Guess *guess = nullptr;
         std::int64_t parts[2] = {1, 1}, divisions = 0;  // into how many parts pieces are divided, time after time
-        bool rough = false;                             // whether only another search begins from it
         double inwards = 0.0, tightened = 0.0, body_rate = infinite;
     };
 
@@ -91,7 +90,6 @@ private:
     bool on_limit() const;
     void hasten(CurveMemory &curve);
     double rotor_excess(const CurveMemory &curve) const;
-    bool softer(Guess &guess);
     bool guess_of(const CurveMemory &curve, Guess &guess);
     bool coasting(Guess &guess);
     bool near_least(std::int64_t pieces, Guess &guess);

@@ -35,7 +35,6 @@ MINSNAP_RECORD(ShortestRequest, {
     double slower;             // factor on time at which a guess is begun from
     std::int64_t guessed;      // pieces per leg of a guess; 0 for none
     const double *guess_durations, *guess_knots;  // (pieces,) [s], (pieces + 1, half, dim) [m/s^order]
-    const double *least;                          // (pieces,) durations of a guess that none goes below, or null [s]
     std::int64_t planned;                         // whether a guess is a plan, whose first piece may be a way back into the limits
     const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
     const WallsRecord *cones;         // (groups,)

@@ -52,6 +52,32 @@ MINSNAP_INLINE void unspun_rotors_bent(const double *p, const Quad *x, Curved<6,
     out[1].slope[0] = filled<Quad>(-rotors.mean);
 }
 
+// Call action(gradients, gradient, unit, row, other) for the functions of rotors, or of a body rate, under a heading that turns: in those units; the
+// other row, where there is one, has the same gradient but for its sign.
+template <int n, class Action>
+MINSNAP_INLINE void each_turning(const InstantLimit &limit, const Quad *u, Action &&action) {
+    const TurningRotors asked(limit.parameters);
+    using Gradients = TurningGradients<n == 12>;
+    typename Gradients::Plain heading[TurningRotors::heading];
+    Space<typename Gradients::Plain> motion[4];
+    for (int q = limit.span.low; q <= limit.span.high; ++q, u += 3)
+        motion[q - 1].x.value = u[0], motion[q - 1].y.value = u[1], motion[q - 1].z.value = u[2];
+    for (int k = 0; k < TurningRotors::heading; ++k) heading[k].value = u[k];
+    Gradients gradients(asked, motion, heading);
+    Quad gradient[n];
+    if (limit.kind == LimitKind::turning_body_rate) {
+        const double most = limit.parameters[TurningRotors::values];
+        gradients.of_rate(gradient);
+        return action(gradients, gradient, 1.0 / (most * most), 0, -1);
+    }
+    for (int k = 0; k < asked.rotors; ++k) {
+        gradients.of_rotor(asked.mixer + asked.rotors * k, gradient);
+        action(gradients, gradient, 1.0 / asked.most, k, k + asked.rotors);
+    }
+    gradients.of_cone(gradient);
+    action(gradients, gradient, asked.unit(), asked.cone, -1);
+}
+
 // Weighted sums of one limit.
 struct GatheredLimit {
     static constexpr int together = InstantTerms::together;
@@ -126,19 +152,10 @@ private:
     // The same where the heading turns.
     template <int n>
     MINSNAP_INLINE void of_turning_rotors(const Quad *u, InstantTerms &terms) const {
-        const TurningRotors asked(limit.parameters);
-        using Gradients = TurningGradients<n == 12>;
-        typename Gradients::Plain heading[TurningRotors::heading];
-        Space<typename Gradients::Plain> motion[4];
-        for (int q = limit.span.low; q <= limit.span.high; ++q, u += 3)
-            motion[q - 1].x.value = u[0], motion[q - 1].y.value = u[1], motion[q - 1].z.value = u[2];
-        for (int k = 0; k < TurningRotors::heading; ++k) heading[k].value = u[k];
-        Gradients gradients(asked, motion, heading);
+        const auto weight = [&](const double *of, int function) MINSNAP_INLINED { return four(of + function * stride); };
         clear<n>(terms);
         clear_own<n>(terms);
-        Quad gradient[n];
-        const auto weight = [&](const double *of, int function) MINSNAP_INLINED { return four(of + function * stride); };
-        const auto sum = [&](double unit, int row, int other) MINSNAP_INLINED {  // the other has the same gradient but for its sign
+        each_turning<n>(limit, u, [&](const auto &gradients, const Quad *gradient, double unit, int row, int other) MINSNAP_INLINED {
             const auto both = [&](const double *of, double sign)
                                   MINSNAP_INLINED { return other < 0 ? weight(of, row) : weight(of, row) + sign * weight(of, other); };
             const Quad bent = unit * both(weights.hessian, -1.0), crossed = (unit * unit) * both(weights.outer, 1.0),
@@ -147,19 +164,7 @@ private:
             for (int i = 0; i < n; ++i) terms.crossed[i] += along * gradient[i];
             terms.own_slope += sloped * gradients.own;
             terms.own_bend += along * gradients.own + bent * gradients.own_bend;
-        };
-        if (limit.kind == LimitKind::turning_body_rate) {
-            const double most = limit.parameters[TurningRotors::values];
-            gradients.of_rate(gradient);
-            sum(1.0 / (most * most), 0, -1);
-        } else {
-            for (int k = 0; k < asked.rotors; ++k) {
-                gradients.of_rotor(asked.mixer + asked.rotors * k, gradient);
-                sum(1.0 / asked.most, k, k + asked.rotors);
-            }
-            gradients.of_cone(gradient);
-            sum(asked.unit(), asked.cone, -1);
-        }
+        });
         mirror<n>(terms);
         if (limit.timed) clear_own<n>(terms);
     }
@@ -295,6 +300,21 @@ void InstantLimit::slopes(const Quad *u, const Quad *step, Quad *out) const {
         for (int n = 0; n < given(); ++n) x[n].value = u[n], x[n].slope[0] = step[n];
         functions_at(x, found);
         for (int f = 0; f < functions; ++f) out[f] = found[f].slope[0];
+    });
+}
+
+void InstantLimit::by_angle(const Quad *u, Quad (*found)[3]) const {
+    const auto write = [&](const auto &gradients, const Quad *, double unit, int row, int other) MINSNAP_INLINED {
+        gradients.by_angle(found[row]);
+        for (int k = 0; k < 3; ++k) {
+            found[row][k] *= unit;
+            if (other >= 0) found[other][k] = -found[row][k];
+        }
+    };
+    widely([&]() MINSNAP_INLINED {
+        if (kind != LimitKind::turn_rate) return inputs() == 9 ? each_turning<9>(*this, u, write) : each_turning<12>(*this, u, write);
+        found[0][0] = found[0][2] = Quad{};
+        found[0][1] = (1.0 / (parameters[0] * parameters[0])) * (u[0] * u[3] - u[1] * u[2]);
     });
 }
 

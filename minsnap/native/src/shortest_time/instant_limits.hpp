@@ -245,7 +245,11 @@ struct InstantLimit {
     static bool known(const MomentaryLimit &asked, std::int64_t dim) {
         const bool turns = asked.kind == static_cast<std::int64_t>(LimitKind::heading_rate) ||
                            asked.kind == static_cast<std::int64_t>(LimitKind::look_rate);
-        return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::turning_body_rate) && dim >= (turns ? 2 : 3);
+        const bool heading = asked.kind == static_cast<std::int64_t>(LimitKind::turn_rate);  // alone
+        return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::turning_body_rate) &&
+               dim >= (heading ? 1
+                       : turns ? 2
+                               : 3);
     }
 
     bool rotors() const { return kind == LimitKind::unspun_rotors || of_yaw(); }
@@ -260,6 +264,9 @@ struct InstantLimit {
     // All functions at four instants from the derivatives, by order, then by axis, and the heading; and their change along a change of those.
     void values(const Quad *u, Quad *out) const;
     void slopes(const Quad *u, const Quad *step, Quad *out) const;
+
+    // Their change with the angle of the heading and with its two derivatives.
+    void by_angle(const Quad *u, Quad (*found)[3]) const;
 
     // Add up for weights of the functions, `stride` apart.
     void gather(const Quad *u, const RowWeights &weights, int stride, InstantTerms &terms) const;

@@ -56,7 +56,7 @@ public:
     // Make rows for the chain as it is, with slacks and multipliers of a barrier of that gap.
     [[nodiscard]] bool begin(double gap) {
         if (!rows.lay_out(chain) || !allocate_rows(rows.count)) return false;
-        newton_.lay_out(chain);
+        if (!newton_.lay_out(chain, rows.coupled())) return false;
         trial_.copy(chain);
         states_ = first_states_.data();
         trial_states_ = second_states_.data();
@@ -284,6 +284,7 @@ private:
         double falls, drops;
         widely([&]() MINSNAP_INLINED {
             double changed[S::whole];
+            if (rows.coupled()) rows.spline().take(newton_.coupling.leg_steps(chain, newton_.step_durations.data()));
             for (int i = 0; i < chain.pieces; ++i) {
                 chain.change(i, states_[i].ends, newton_.step_durations.data(), newton_.step_knots.data(), changed);
                 rows.slopes(chain, i, states_[i].ends, states_[i].jets, changed, newton_.step_durations[i], slope_.data());
@@ -333,9 +334,11 @@ private:
         const double merit = smooth_ - barrier_terms(value_.data(), slack_.data(), before), slope = newton_.slope();
         for (int halving = 0; halving < Settings::halvings; ++halving, share *= 0.5) {
             move(share);
+            if (rows.coupled()) (void)rows.turn_again(trial_);
             const double trial = evaluate(trial_, trial_states_, trial_value_.data());
             if (crossed(trial_value_.data())) {
                 wake_near(trial_value_.data());
+                if (rows.coupled()) (void)rows.turn_again(chain);
                 return woken;
             }
             each_awake([&](int j) MINSNAP_INLINED {
@@ -358,6 +361,7 @@ private:
                 return halving;
             }
         }
+        if (rows.coupled()) (void)rows.turn_again(chain);
         return -1;
     }
 
@@ -391,9 +395,9 @@ private:
         });
     }
 
-    // Give the curve its own heading: a step knows that of the curve before.
+    // Give the curve its own heading: a step knows that of the curve before, but for one that all durations change.
     void turn() {
-        if (!rows.turn_again(chain)) return;
+        if (rows.coupled() || !rows.turn_again(chain)) return;
         evaluate(chain, states_, value_.data());
         barrier_terms(value_.data(), slack_.data(), infeasibility_);
         filter_.clear();
@@ -442,13 +446,13 @@ private:
 
     // Keep the curve if it is inside, or as little slower, or nearer to the last one of as many pieces, as it must be. What is tried next is lost.
     void keep() {
-        if (chain.held()) return keep_cheapest();
-        if (!chain.course.moving && objective.price == 0.0) return keep_slowed();
+        if (objective.price > 0.0) return keep_cheapest();
+        if (!chain.course.moving) return keep_slowed();
         if (anchor_.pieces != chain.pieces) anchor_.pieces = 0;
         const double total = chain.total(), before = anchor_.pieces > 0 ? anchor_.total() : Settings::slowest * total, share = rows.share;
         if (total >= Settings::shorter * before) return;
         if (share == 1.0 && is_inside(chain, states_, value_.data())) return take(chain);
-        if (!chain.course.moving || objective.price > 0.0 || --wait_ > 0) return;
+        if (--wait_ > 0) return;
         rows.ease(1.0);
         double low = 1.0, high = Settings::shorter * before / total;
         bool found = slowed(high);
@@ -462,9 +466,9 @@ private:
         wait_ = failed_;
     }
 
-    // The same where the time is given: the curve of least cost.
+    // The same where the cost counts: the cheapest curve, with its time where that is free.
     void keep_cheapest() {
-        const double now = cost();
+        const double now = cost() + (chain.held() ? 0.0 : objective.price * chain.total());
         double wall, limit;
         if (inside.pieces > 0 && now >= least_cost_) return;
         excess_of(chain, states_, value_.data(), 0.0, wall, limit);
@@ -534,7 +538,7 @@ private:
     double smooth_ = 0.0;                                        // the smooth objective at the chain
     double infeasibility_ = 0.0;                                 // sum of residuals there
     double barrier_ = 0.0;
-    double least_cost_ = 0.0;  // of what is kept where the time is given
+    double least_cost_ = 0.0;  // of what is kept where the cost counts
     Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_,
         frozen_;
     Buffer<int> groups_;  // first rows of the groups that are awake

@@ -30,10 +30,6 @@ struct PieceModel {
         rows.knot_rows(chain, i, state.ends, [&](const Condition<S::dim> &at_knot, int a, const double *x) {
             add_knot(at_knot, a, x, state.ends, row++, weights);
         });
-        if (rows.floored) {
-            own_gradient -= weights.gradient[row];
-            own += weights.outer[row++];
-        }
         if (!rows.comes_back(i)) return;
         own_gradient += weights.gradient[row];
         own += weights.outer[row];

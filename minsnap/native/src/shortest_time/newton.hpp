@@ -5,6 +5,7 @@
 #pragma once
 
 #include "arithmetic/wide.hpp"
+#include "shortest_time/leg_coupling.hpp"
 #include "shortest_time/model.hpp"
 
 namespace minsnap {
@@ -15,6 +16,7 @@ public:
     int size = 0;
     Buffer<double> gradient, step, lengthened;  // (size,); lengthened: of the total, by every unknown
     Buffer<double> step_durations, step_knots;  // (pieces,), (pieces + 1, half, dim)
+    LegCoupling<S> coupling;
 
     [[nodiscard]] bool allocate(int pieces) {
         const int most = (pieces + 1) * S::block;
@@ -23,18 +25,22 @@ public:
                step_knots.allocate(most);
     }
 
-    void lay_out(const Chain<S> &chain) {
+    [[nodiscard]] bool lay_out(const Chain<S> &chain, bool coupled) {
         const bool closed = chain.course.closed;
         skipped_ = closed ? S::block : moves(chain, 0) ? 0 : S::knot;
         const int knots = closed ? chain.pieces : chain.pieces + (moves(chain, chain.pieces) ? 1 : 0);
         size = closed ? knots * S::block : (chain.pieces * S::block + (knots > chain.pieces ? S::knot : 0)) - skipped_;
         banded_ = closed ? size - S::block - 1 : size;
+        return coupling.lay_out(coupled ? chain.course.legs : 0, size);
     }
 
     // Fill the matrix, the metric and the gradient for weights of the rows.
-    void assemble(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective, const PieceState<S> *states,
+    void assemble(const Chain<S> &chain, Rows<S> &rows, const TimeObjective<S> &objective, const PieceState<S> *states,
                   const RowWeights &weights) {
         widely([&]() MINSNAP_INLINED { add_pieces(chain, rows, objective, states, weights); });
+        if (!rows.coupled()) return;
+        coupling.assemble(chain, rows, states, weights);
+        for (int i = 0; i < chain.pieces; ++i) gradient[duration_place(chain, i)] += coupling.gradient(chain, i);
     }
 
     // Solve with at least so much damping; false where none suffices. `damping` becomes what was used.
@@ -45,8 +51,9 @@ public:
                 factor_.combine(hessian_, damping, metric_);
                 solved = factor_.factor();
                 if (!solved) return;
+                if (coupling.given()) coupling.factor(chain, factor_, [&](int i) MINSNAP_INLINED { return duration_place(chain, i); });
                 for (int k = 0; k < size; ++k) step[k] = -gradient[k];
-                factor_.solve(step.data());
+                solve_whole(step.data());
                 if (chain.course.total > 0.0) keep_total(chain);
                 spread(chain);
             });
@@ -107,7 +114,7 @@ private:
     void keep_total(const Chain<S> &chain) {
         for (int k = 0; k < size; ++k) lengthened[k] = 0.0;
         for (int i = 0; i < chain.pieces; ++i) lengthened[duration_place(chain, i)] = exponential(chain.sigma[i]);
-        factor_.solve(lengthened.data());
+        solve_whole(lengthened.data());
         double along = 0.0, across = 0.0;
         for (int i = 0; i < chain.pieces; ++i) {
             const int place = duration_place(chain, i);
@@ -116,6 +123,11 @@ private:
             across += duration * lengthened[place];
         }
         for (int k = 0; k < size; ++k) step[k] -= along / across * lengthened[k];
+    }
+
+    void solve_whole(double *x) {
+        factor_.solve(x);
+        if (coupling.given()) coupling.correct(x);
     }
 
     static bool moves(const Chain<S> &chain, int knot) {

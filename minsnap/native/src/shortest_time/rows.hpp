@@ -33,12 +33,10 @@ public:
     ConditionTable<S::dim> legs, knots;
     Buffer<InstantLimit> limits;  // on all legs
     int limit_count = 0;
-    double share = 1.0;           // of its inertia that the body has
-    Buffer<std::int32_t> first;   // row of every piece, and their number
-    Buffer<double> margin;        // (rows,) added to the value: frozen between changes of the barrier
-    Buffer<unsigned char> awake;  // (rows / together,)
-    Buffer<double> floor;         // (pieces,) logarithms of durations that none goes below, where `floored`
-    bool floored = false;
+    double share = 1.0;                // of its inertia that the body has
+    Buffer<std::int32_t> first;        // row of every piece, and their number
+    Buffer<double> margin;             // (rows,) added to the value: frozen between changes of the barrier
+    Buffer<unsigned char> awake;       // (rows / together,)
     bool used[condition_orders] = {};  // orders of derivatives that conditions of legs and limits depend on
     int count = 0, regular = 0;        // rows, and those not of knots
     double wall_margin = 0.0, limit_margin = 0.0;
@@ -61,6 +59,8 @@ public:
         }
         if (headed_) heading_ = {request.turns, request.turning, request.clock};
         if (headed_ && !spline_.allocate(request)) return false;
+        coupled_ = spline_.few() && headed_ && request.timed == 0;
+        for (int k = 0; k < limit_count; ++k) limits[k].timed = limits[k].timed || (coupled_ && limits[k].kind == LimitKind::turn_rate);
         return legs.build(request, false) && knots.build(request, true);
     }
 
@@ -73,7 +73,6 @@ public:
             regular += most;
             count += most;
             for (int right = 0; right < 2; ++right) count += knot_count(chain, i, right);
-            count += floored ? 1 : 0;
             count += comes_back(i) ? 1 : 0;
             count = (count + together - 1) / together * together;
         }
@@ -196,7 +195,6 @@ public:
             double gradient[S::dim];
             *value++ = at_knot.at(x, gradient) + wall_margin;
         });
-        if (floored) *value++ = floor[i] - chain.sigma[i];
         if (comes_back(i)) *value++ = chain.sigma[i] - longest_;
         while (value < end) *value++ = -1.0;
     }
@@ -229,7 +227,6 @@ public:
                 sum += gradient[c] * (changed[a * S::dim + c] * piece.inverse[at_knot.order] - at_knot.order * own * x[c]);
             *slope++ = sum;
         });
-        if (floored) *slope++ = -own;
         if (comes_back(i)) *slope++ = own;
         while (slope < end) *slope++ = 0.0;
     }
@@ -245,6 +242,17 @@ public:
             u[n] = (n < 6 ? heading_.power(inverse[n / 2]) : 1.0) * four(heading + n * count_at);
         if (limit.follows()) follow(motion, u);
     }
+
+    // Whether a step knows how a yaw through angles changes with the durations of all legs.
+    bool coupled() const { return coupled_; }
+    SplineHeading &spline() { return spline_; }
+    const SplineHeading &spline() const { return spline_; }
+
+    // 1 where all of that is a row's, 0 where each piece already turns more slowly as it takes longer: rotors' rows tie that to changes of the path.
+    static double whole(const InstantLimit &limit) { return limit.turns_body() ? 0.0 : 1.0; }
+
+    // Share of its leg's time at which an instant of a piece is.
+    double share_at(int i, int instant) const { return turning_[i].share(Instants<S::half, S::instants>::place(instant)); }
 
     // Lay the heading of the curve as it is now out again; false where there is none.
     bool turn_again(const Chain<S> &chain) { return headed_ && turn(chain); }
@@ -310,6 +318,7 @@ public:
                 for (int n = limit.inputs(); n < limit.given(); ++n) step[n] = -limit.order(n) * own * u[n];
                 if (limit.headed()) step[limit.given() - 1] = u[limit.given() - 1];  // whether it follows, which no step changes
                 if (limit.follows()) follow(step, step + limit.inputs());
+                if (coupled_ && limit.headed()) change_heading(i, g, whole(limit), u + limit.inputs(), step + limit.inputs());
                 limit.slopes(u, step, out);
                 for (int f = 0; f < limit.functions; ++f) put_four(slope + f * count_at + g, out[f]);
             }
@@ -396,10 +405,28 @@ private:
         return true;
     }
 
-    bool planned_ = false, back_ = false;  // whether the guess is a plan, and begins outside of limits
-    Buffer<double> allowed_[2];            // (rows at instants,) of the first and of the last piece
-    double longest_ = 0.0;                 // logarithm of the duration of the first one
-    bool headed_ = false;                  // whether a limit asks for a heading
+    // Steps of a direction and its derivatives where a yaw through angles changes with all durations.
+    void change_heading(int i, int g, double own, const Quad *u, Quad *step) const {
+        Quad change[3];
+        for (int lane = 0; lane < together; ++lane) {
+            double found[3];
+            spline_.along_at(turning_[i].leg, share_at(i, g + lane), own, found);
+            for (int k = 0; k < 3; ++k) change[k][lane] = found[k];
+        }
+        const Quad rate = u[0] * u[3] - u[1] * u[2], bend = u[0] * u[5] - u[1] * u[4];
+        for (int c = 0; c < 2; ++c) {
+            const double sign = c == 0 ? -1.0 : 1.0;
+            const Quad across = sign * u[1 - c];
+            step[c] += change[0] * across;
+            step[2 + c] += change[1] * across - change[0] * rate * u[c];
+            step[4 + c] += (change[2] - change[0] * rate * rate) * across - (2.0 * change[1] * rate + change[0] * bend) * u[c];
+        }
+    }
+
+    bool headed_ = false, coupled_ = false;  // whether a limit asks for a heading, and for one that all durations change
+    bool planned_ = false, back_ = false;    // whether the guess is a plan, and begins outside of limits
+    Buffer<double> allowed_[2];              // (rows at instants,) of the first and of the last piece
+    double longest_ = 0.0;                   // logarithm of the duration of the first one
     SplineHeading spline_;
     RuledHeading ruled_;
     LegHeadings heading_;

@@ -14,13 +14,14 @@ struct ShortestSettings {
     static constexpr int stalls = 3;            // steps in a row that barely change the time, after which the barrier falls
     static constexpr int longest_stall = 12;    // the same, or hopelessly damped, after which a stage ends although residuals are left
     static constexpr int rounds = 3;            // of margins that only grow, at the last barrier
+    static constexpr int coupled_legs = 64;     // up to which a step knows how a yaw through angles changes with the durations of all legs
     static constexpr int repairs = 4;           // of walls or limits moved inwards after the last stage
     static constexpr double first_gap = 0.3;    // barrier times number of conditions, relative to the time
     static constexpr double divided_gap = 0.1;  // the same after a division
     static constexpr double easy_gap = 1.0, easy_end = 0.1;  // of the stage with a body that is easy to turn
     static constexpr double easy = 0.08;                     // its inertia, of the vehicle's
     static constexpr double coarse_gap = 0.03;               // at which a stage ends that is divided afterwards
-    static constexpr double softer_gap = 0.03;               // at which a search with softer limits ends, from whose curve another begins
+    static constexpr double guess_gap = 0.03;                // at which a search for a curve ends from which another begins
     static constexpr double rough_gap = 0.01;                // at which a stage ends from whose curve another stage begins
     static constexpr double last_gap = 3e-4;                 // of the last stage: time lost is below that share
     static constexpr double held_gap = 3e-5;                 // the same where the time is given: cost lost

@@ -14,7 +14,7 @@ constexpr std::int64_t most_pieces = 100'000, most_rows = 20'000'000;
 
 Status checked(const ShortestRequest &request) {
     if (request.half < 2 || request.half > 6 || request.dim < 1 || request.dim > 5) return Status::unsupported;
-    if ((request.least != nullptr && request.divisions > 0) || request.room < 1 || request.poll == nullptr) return Status::bad_size;
+    if (request.room < 1 || request.poll == nullptr) return Status::bad_size;
     if (request.planned != 0 && (request.guessed < 1 || request.divisions > 0 || request.closed != 0)) return Status::bad_size;
     if (request.rule < 0 || request.rule > 2 || (request.rule != 0 && request.ruled == nullptr)) return Status::bad_size;
     if (request.legs < (request.closed != 0 ? 2 : 1) || request.groups < 0 || request.divisions < 0) return Status::bad_size;

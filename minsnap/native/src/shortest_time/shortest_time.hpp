@@ -21,7 +21,7 @@ public:
         most *= std::max<std::int64_t>(request_.guessed, 1);
         const int pieces = static_cast<int>(most);
         if (!point_.allocate(pieces) || !best_.allocate(pieces)) return Status::no_memory;
-        if (!point_.rows.build(request_) || !point_.rows.floor.allocate(pieces)) return Status::no_memory;
+        if (!point_.rows.build(request_)) return Status::no_memory;
         begin();
         StageEnd end = stages();
         answer.restored = end == StageEnd::stuck;
@@ -67,11 +67,7 @@ private:
         Chain<S> &chain = point_.chain;
         chain.per_leg = static_cast<int>(request_.guessed);
         chain.pieces = chain.per_leg * chain.course.legs;
-        point_.rows.floored = request_.least != nullptr;
-        for (int i = 0; i < chain.pieces; ++i) {
-            chain.sigma[i] = logarithm(request_.guess_durations[i]);
-            if (point_.rows.floored) point_.rows.floor[i] = logarithm(request_.least[i]);
-        }
+        for (int i = 0; i < chain.pieces; ++i) chain.sigma[i] = logarithm(request_.guess_durations[i]);
         for (int k = 0; k <= chain.pieces; ++k) {
             double *knot = chain.w.data() + static_cast<std::size_t>(k) * S::knot;
             own_knot(chain, k, request_.guess_knots + static_cast<std::size_t>(k) * S::knot, knot);
@@ -195,7 +191,7 @@ private:
         const bool whole = guessed && request_.divisions == 0 && !costs(), swift = request_.slower == 1.0;
         const bool alike = whole && swift && request_.moving != 0;  // to what was searched
         if (alike && std::abs(point_.largest()) < Settings::touched) point_.start(Settings::touched_gap, Settings::touched_slack);
-        if (request_.rough != 0) return point_.run(Settings::softer_gap, true);
+        if (request_.rough != 0) return point_.run(Settings::guess_gap, true);
         StageEnd end = StageEnd::converged;
         if (request_.divisions > 0 && !eased)
             end = point_.run(once ? Settings::coarse_gap : Settings::rough_gap, !guessed);  // a guess in motion is followed closely
@@ -263,7 +259,7 @@ private:
     // The shortest curve inside that it came by in place of an end, in at least as many pieces; without one the last curve, which says why.
     Status given_up(ShortestAnswer &answer) {
         Chain<S> &chain = point_.chain, &inside = point_.inside;
-        const bool known = inside.pieces > 0 && request_.rough == 0 && (!costs() || chain.held());
+        const bool known = inside.pieces > 0 && request_.rough == 0;
         if (known) {
             const int parts = std::max(1, chain.per_leg / inside.per_leg);
             answer.restored = 1;

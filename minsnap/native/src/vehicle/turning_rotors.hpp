@@ -121,6 +121,7 @@ class TurningGradients {
 public:
     typedef Dual<0, Quad> Plain;
     Quad own{}, own_bend{};
+    Plain by_heading[3][2];  // of the last one, by the heading and its two derivatives, each east and north
 
     MINSNAP_INLINE TurningGradients(const TurningRotors &asked, const Space<Plain> *motion, const Plain *heading)
         : asked_(asked), motion_(motion), heading_(heading), body_(asked, motion, heading), momentum_(momentum(body_.rate)) {
@@ -149,7 +150,24 @@ public:
         const Moving<Plain> by_a{zero, zero, zero}, by_b{body_.in_body(by), zero, zero};
         own = own_bend = Quad{};
         put(by_a, by_b, zero, gradient);
-        if constexpr (drag) along_velocity(0, ahead * (beta.x - ahead * east), ahead * (beta.y - ahead * north), gradient);
+        for (auto &by : by_heading) by[0] = by[1] = none;
+        by_heading[0][0] = ahead * (beta.x - ahead * east);
+        by_heading[0][1] = ahead * (beta.y - ahead * north);
+        if constexpr (drag) along_velocity(gradient);
+    }
+
+    // Of the last one, by the heading's angle and its two derivatives.
+    MINSNAP_INLINE void by_angle(Quad *found) const {
+        const Quad &east = heading_[0].value, &north = heading_[1].value;
+        Quad turn[3][2];  // what each has along the turning heading, and along the heading
+        for (int k = 0; k < 3; ++k) {
+            const Quad &x = by_heading[k][0].value, &y = by_heading[k][1].value;
+            turn[k][0] = east * y - north * x, turn[k][1] = east * x + north * y;
+        }
+        const Quad rate = east * heading_[3].value - north * heading_[2].value, bend = east * heading_[5].value - north * heading_[4].value;
+        found[0] = turn[0][0] - rate * turn[1][1] - bend * turn[2][1] - rate * rate * turn[2][0];
+        found[1] = turn[1][0] - 2.0 * (rate * turn[2][1]);
+        found[2] = turn[2][0];
     }
 
 private:
@@ -187,12 +205,12 @@ private:
         own = (-1.0 * (held * (once + 2.0 * twice))).value;
         own_bend = (held * (once + 4.0 * twice)).value;
         put(by_a, by_b, by_c, gradient);
-        if constexpr (!drag) return;
         by_h[0].y = by_h[0].y + t.z;
         for (int k = 0; k < 3; ++k) {
             const Space<Plain> by = body_.in_world(by_h[k]);
-            along_velocity(k, by.x, by.y, gradient);
+            by_heading[k][0] = by.x, by_heading[k][1] = by.y;
         }
+        if constexpr (drag) along_velocity(gradient);
     }
 
     MINSNAP_INLINE Space<Plain> momentum(const Space<Plain> &a) const {
@@ -206,12 +224,11 @@ private:
         return {-1.0 * inner(body_.y, gamma.force), inner(body_.x, gamma.force), Plain(0.0)};
     }
 
-    // Add the gradient by a derivative of the heading, where that is one of the velocity.
-    MINSNAP_INLINE void along_velocity(int order, const Plain &east, const Plain &north, Quad *gradient) const {
-        Quad *to = gradient + 3 * order;
+    // Add the gradient by the heading, where that is the velocity.
+    MINSNAP_INLINE void along_velocity(Quad *gradient) const {
         const Quad along = heading_[6].value;
-        to[0] = to[0] + along * east.value;
-        to[1] = to[1] + along * north.value;
+        for (int k = 0; k < 3; ++k)
+            for (int c = 0; c < 2; ++c) gradient[3 * k + c] = gradient[3 * k + c] + along * by_heading[k][c].value;
     }
 
     MINSNAP_INLINE void write(const Space<Plain> &a, Quad *to) const { to[0] = a.x.value, to[1] = a.y.value, to[2] = a.z.value; }
