@@ -364,8 +364,7 @@ class Strategy:
                 if found is not None or curve.stopped:
                     return found
                 if not solved.inside:
-                    inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
-                    question = replace(question, inwards=inwards)
+                    question = further_inwards(question)
                 question = replace(question, tightened=question.tightened + SETTINGS.tightened_again)
         return None
 
@@ -479,8 +478,7 @@ class Strategy:
                     break
                 solved = solved_at(self.task, curve)
                 if not solved.inside:
-                    inwards = SETTINGS.inward_factor * max(question.inwards, QUESTION.inward)
-                    question = replace(question, inwards=inwards)
+                    question = further_inwards(question)
                     continue
                 inside = solved
                 found = replace(found, curve=curve)
@@ -675,6 +673,11 @@ class Strategy:
 def shorter(*plans: SolvedTask | None) -> SolvedTask | None:
     """Return the plan of the shortest flight, the first of equal ones; None without any."""
     return min((one for one in plans if one is not None), key=lambda one: one.flown.duration, default=None)
+
+
+def further_inwards(question: ShortestQuestion) -> ShortestQuestion:
+    """Return a question with its walls moved further inwards, where a curve of it was outside of one."""
+    return replace(question, inwards=SETTINGS.inward_factor * max(question.inwards, QUESTION.inward))
 
 
 def limited(task: Task, limits: Limits) -> bool:

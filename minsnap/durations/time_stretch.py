@@ -125,7 +125,7 @@ def touching_factor(
         raise no_limits()
     powers = powers_factor(limits, trajectory)
     if guess is not None and powers is None:
-        nearby = nearby_factor(limits, trajectory.stretched(guess).stretched, not roughly, deadline=deadline)
+        nearby = nearby_factor(limits, trajectory.stretched(guess).stretched, deadline=deadline)
         if nearby is not None:
             return guess * nearby
     if powers is not None and powers <= np.exp(-STRETCH.largest_factor):
@@ -320,7 +320,6 @@ def kept_factor(
     limits: Limits,
     walls: Sequence[Walls],
     curve: Trajectory,
-    guess: float | None = None,
     roughly: bool = False,
     deadline: Deadline = NEVER,
 ) -> float:
@@ -335,7 +334,7 @@ def kept_factor(
     SolverError
         If walls are kept by no factor with which the limits are.
     """
-    factor = walled_factor(walls, curve, grained(touching_factor(limits, curve, guess, roughly, deadline)))
+    factor = walled_factor(walls, curve, grained(touching_factor(limits, curve, roughly=roughly, deadline=deadline)))
     if factor is None:
         raise SolverError("no speed was found at which the path keeps its limits and the walls on derivatives")
     return factor

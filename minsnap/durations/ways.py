@@ -126,10 +126,15 @@ class EndConnectors:
         first, last = (0.0 if way is None else way.duration for way in (self.before, self.after))
         return first, last
 
+    @property
+    def _needless(self) -> bool:
+        """Whether both ends have room."""
+        return self.before is None and self.after is None
+
     def around(self, outcome: PlanOutcome, limits: Limits) -> PlanOutcome:
         """Fly the ways before and after a plan between them, if the whole keeps the limits and the walls."""
         planned = outcome.planned
-        if planned is None or (self.before is None and self.after is None):
+        if planned is None or self._needless:
             return outcome
         allowed = planned.limits_from if self.before is None else self.before.duration
         whole = certified(replace(planned, trajectory=self.whole(planned.trajectory)), limits, allowed)
@@ -159,7 +164,7 @@ class EndConnectors:
         timing : Timing
         """
         flown, planned = self.around(outcome, timing.bounds), outcome.planned
-        if (self.before is None and self.after is None) or outcome.end is End.SPENT:
+        if self._needless or outcome.end is End.SPENT:
             return flown
         if planned is None:
             planned = if_possible(lambda: self._coasting(timing)) if outcome.refused else None
