@@ -38,7 +38,7 @@ struct Bounds {
     bool turns() const { return body_rate < infinite || vehicle != nullptr; }  // whether slower flight may turn faster, in free fall
     bool lifts() const { return most_thrust < infinite || least_thrust > 0.0 || tilt < infinite || turns(); }
     bool any() const { return lifts() || norm[0] < infinite || norm[1] < infinite || norm[2] < infinite || norm[3] < infinite; }
-    double reached(int order, double body_rate) const;  // greatest derivative that a motion in any direction may have; infinite where free
+    double reached(int order) const;  // greatest derivative that a motion in any direction may have; infinite where free
     double hover() const { return 0.25 * vehicle->mass * gravity; }  // of a rotor [N]
     double room_above() const { return (1.0 - vehicle->reserve) * (vehicle->most - hover()); }
     double room_below() const { return (1.0 - vehicle->reserve) * (hover() - vehicle->least); }

@@ -87,12 +87,12 @@ std::int64_t poll(void *context) {
 
 }  // namespace
 
-double Bounds::reached(int order, double rate) const {
+double Bounds::reached(int order) const {
     double least = norm[order - 1];
     if (order == 2 && most_thrust < infinite) least = std::min(least, (most_thrust - 1.0) * gravity);
     if (order == 2 && least_thrust > 0.0) least = std::min(least, (1.0 - least_thrust) * gravity);
     if (order == 2 && tilt < infinite) least = std::min(least, gravity * std::sin(tilt));
-    if (order == 3 && rate < infinite) least = std::min(least, 0.5 * gravity * rate);
+    if (order == 3 && body_rate < infinite) least = std::min(least, 0.5 * gravity * body_rate);
     return least;
 }
 
@@ -103,7 +103,7 @@ bool misled(const Course &course) {
         for (int j = dim; j < course.half * dim; ++j) moves[end] = moves[end] || course.state(end * course.legs)[j] != 0.0;
     if (course.closed) return false;
     if (moves[0] && moves[1]) return true;
-    const double speed = course.bounds.reached(1, infinite), acceleration = course.bounds.reached(2, infinite);
+    const double speed = course.bounds.reached(1), acceleration = course.bounds.reached(2);
     if (!(acceleration < infinite)) return false;
     const double fastest = std::min(speed, std::sqrt(acceleration * summed(course.lengths.data(), course.legs)));
     const double stop = fastest * fastest / (2.0 * acceleration);
@@ -119,8 +119,7 @@ bool misled(const Course &course) {
 
 void ShortestPlan::make_question() {
     moving_ = !course_.still || course_.bounds.turns();
-    question_.inwards = P::inwards, question_.tightened = course_.still && moving_ ? P::room : 0.0,
-    question_.body_rate = course_.bounds.body_rate;
+    question_.inwards = P::inwards, question_.tightened = course_.still && moving_ ? P::room : 0.0;
     for (std::int64_t leg = 0; leg < course_.legs; ++leg)
         lengths_[std::size_t(leg)] = std::max(course_.lengths[std::size_t(leg)], P::short_leg * course_.length);
     const std::int64_t state = std::int64_t(course_.half) * course_.dim;
@@ -246,7 +245,7 @@ bool ShortestPlan::stop_and_go(Buffer<double> &durations) const {
         double longest = 0.0;
         const double length = lengths_[std::size_t(leg)];
         for (int order = 1; order <= 4; ++order)
-            if (const double most = course_.bounds.reached(order, course_.bounds.body_rate); most < infinite) {
+            if (const double most = course_.bounds.reached(order); most < infinite) {
                 const double power = peaks[order - 1] * length / most;  // libraries agree on square roots
                 longest = std::max(longest, order == 1   ? power
                                             : order == 2 ? std::sqrt(power)
@@ -507,8 +506,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     const std::int64_t pieces = (question.guess == nullptr ? 1 : question.guess->pieces) * question.parts[0] * question.parts[1];
     if (!curve.allocate(course_, pieces) || !knots_.allocate(std::size_t((legs * pieces + 1) * state))) return Status::no_memory;
     const Bounds &bounds = course_.bounds;
-    const double norms[4] = {bounds.reached(1, question.body_rate), bounds.reached(2, question.body_rate),
-                             bounds.reached(3, question.body_rate), bounds.reached(4, question.body_rate)};
+    const double norms[4] = {bounds.reached(1), bounds.reached(2), bounds.reached(3), bounds.reached(4)};
     const double share = bounds.drags() ? 1.0 - P::proof_margin : 1.0;
     double turning[4][6];
     MomentaryLimit momentary[5];
@@ -523,7 +521,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     limit(bounds.drags() && bounds.least_thrust > 0.0, LimitKind::least_thrust, bounds.least_thrust / share);
     limit(bounds.drags() && bounds.most_thrust < infinite, LimitKind::most_thrust, bounds.most_thrust * share);
     limit(bounds.drags() && bounds.tilt < infinite, LimitKind::tilt, std::tan(bounds.tilt * share));
-    limit(bounds.body_rate < infinite, LimitKind::body_rate, question.body_rate * share);
+    limit(bounds.body_rate < infinite, LimitKind::body_rate, bounds.body_rate * share);
     double rotors[5 + 3 + 2 + 9 + 16 + 1];
     if (bounds.vehicle != nullptr) {
         const minsnap_vehicle &vehicle = *bounds.vehicle;
@@ -763,7 +761,7 @@ Status ShortestPlan::brake(CurveMemory &curve) {
     const Bounds &bounds = course_.bounds;
     const int dim = course_.dim, half = course_.half;
     const std::int64_t legs = std::min<std::int64_t>(course_.legs, 2), count = 2 * half * dim;
-    double waypoints[3 * 3], caps[2], moving = 0.0, acceleration = course_.bounds.reached(2, bounds.body_rate);
+    double waypoints[3 * 3], caps[2], moving = 0.0, acceleration = course_.bounds.reached(2);
     for (std::int64_t i = 0; i <= legs; ++i) std::copy(course_.state(i), course_.state(i) + dim, waypoints + i * dim);
     for (int order = 1; order <= 2; ++order) {
         double square = 0.0;

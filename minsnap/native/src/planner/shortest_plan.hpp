@@ -54,7 +54,7 @@ private:
     struct Question {
         const Guess *guess = nullptr;
         std::int64_t parts[2] = {1, 1}, divisions = 0;  // into how many parts pieces are divided, time after time
-        double inwards = 0.0, tightened = 0.0, body_rate = infinite;
+        double inwards = 0.0, tightened = 0.0;
     };
 
     // What was found: the shortest plan, certified; without legs where there is none.

@@ -284,7 +284,7 @@ private:
         double falls, drops;
         widely([&]() MINSNAP_INLINED {
             double changed[S::whole];
-            if (rows.coupled()) rows.spline().take(newton_.coupling.leg_steps(chain, newton_.step_durations.data()));
+            if (rows.coupled()) rows.spline().take(newton_.coupling.leg_steps(newton_.step.data()));
             for (int i = 0; i < chain.pieces; ++i) {
                 chain.change(i, states_[i].ends, newton_.step_durations.data(), newton_.step_knots.data(), changed);
                 rows.slopes(chain, i, states_[i].ends, states_[i].jets, changed, newton_.step_durations[i], slope_.data());
@@ -334,11 +334,11 @@ private:
         const double merit = smooth_ - barrier_terms(value_.data(), slack_.data(), before), slope = newton_.slope();
         for (int halving = 0; halving < Settings::halvings; ++halving, share *= 0.5) {
             move(share);
-            if (rows.coupled()) (void)rows.turn_again(trial_);
+            turn_along(trial_);
             const double trial = evaluate(trial_, trial_states_, trial_value_.data());
             if (crossed(trial_value_.data())) {
                 wake_near(trial_value_.data());
-                if (rows.coupled()) (void)rows.turn_again(chain);
+                turn_along(chain);
                 return woken;
             }
             each_awake([&](int j) MINSNAP_INLINED {
@@ -361,7 +361,7 @@ private:
                 return halving;
             }
         }
-        if (rows.coupled()) (void)rows.turn_again(chain);
+        turn_along(chain);
         return -1;
     }
 
@@ -393,6 +393,11 @@ private:
             const Quad moved = four(multiplier_.data() + j) + dual * four(multiplier_step_.data() + j);
             put_four(multiplier_.data() + j, moved < least ? least : moved > most ? most : moved);
         });
+    }
+
+    // Lay the heading of what is tried out, or of the curve again, where a step knows how all durations change it.
+    void turn_along(const Chain<S> &at) {
+        if (rows.coupled()) (void)rows.turn_again(at);
     }
 
     // Give the curve its own heading: a step knows that of the curve before, but for one that all durations change.

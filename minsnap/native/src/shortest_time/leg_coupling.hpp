@@ -48,9 +48,8 @@ public:
     double gradient(const Chain<S> &chain, int i) const { return shares_[i] * pull_[i / chain.per_leg]; }
 
     // Steps of the logarithms of the legs' durations.
-    const double *leg_steps(const Chain<S> &chain, const double *steps) {
-        for (int m = 0; m < legs_; ++m) along_[m] = 0.0;
-        for (int i = 0; i < chain.pieces; ++i) along_[i / chain.per_leg] += shares_[i] * steps[i];
+    const double *leg_steps(const double *step) {
+        for (int m = 0; m < legs_; ++m) along_[m] = lengthening(m, step);
         return along_.data();
     }
 
